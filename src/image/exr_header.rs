@@ -56,10 +56,14 @@ pub(super) fn header(file: &PictureFile, channels: &[ExrChannel]) -> Header {
         blocks,
         LineOrder::Increasing,
     );
-    if let Some(Crop { corner, of }) = file.crop {
+    if let Some(Crop {
+        corner,
+        of: picture,
+    }) = file.crop
+    {
         let [x, y] = [corner.0, corner.1].map(|place| place as i32);
         header.own_attributes.layer_position = Vec2(x, y);
-        header.shared_attributes.display_window.size = Vec2(of.0 as usize, of.1 as usize);
+        header.shared_attributes.display_window.size = Vec2(picture.0 as usize, picture.1 as usize);
     }
     header.own_attributes.layer_name = None;
     header.shared_attributes.pixel_aspect = 1.0;

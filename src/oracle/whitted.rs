@@ -275,7 +275,7 @@ impl<'a> WhittedIntegrator<'a> {
         least == 0.0 || share.abs().cmpge(Vec3::splat(least)).any()
     }
 
-    /// A bounce of a ray, whose weight is divided by `whole` for its share of the camera ray;
+    /// A bounce of a ray, whose weight is divided by `divisor` for its share of the camera ray;
     /// `None` if that share is below the minimum in every component.
     fn secondary_segment(
         &self,

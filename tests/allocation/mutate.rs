@@ -131,7 +131,7 @@ fn number(input: &mut [u8], offset: usize, rng: &mut Rng) {
     }
 }
 
-/// Replaces the word around `at`.
+/// Replaces the word around `offset`.
 fn replace_word(input: &mut Vec<u8>, offset: usize, rng: &mut Rng) {
     let blank = |b: &u8| *b <= b' ';
     let start = input[..offset].iter().rposition(blank).map_or(0, |i| i + 1);

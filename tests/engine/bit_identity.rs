@@ -207,7 +207,7 @@ fn compare(scene: &Scene, cuts: &[(usize, u32)], sizes: &[(u32, u32)]) -> Result
     compare_as(scene, cuts, sizes, &Settings::of(scene))
 }
 
-/// Settings with the size, tiles and engine from `asked`.
+/// Settings with the size, tiles and engine from `wanted_settings`.
 fn compare_as(
     scene: &Scene,
     cuts: &[(usize, u32)],

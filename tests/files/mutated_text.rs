@@ -83,7 +83,7 @@ fn mutation(words: &'static [&'static str]) -> impl Strategy<Value = TokenMutati
     ]
 }
 
-/// Applies the mutation to token `at` (modulo their number); white space stays as it is.
+/// Applies the mutation to token `offset` (modulo their number); white space stays as it is.
 fn mutated(text: &str, offset: usize, mutation: &TokenMutation) -> String {
     let mut tokens: Vec<String> = text
         .split_inclusive([' ', '\n'])

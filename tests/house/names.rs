@@ -80,7 +80,7 @@ fn no_two_types_share_a_name() {
 fn old(kind: &str) -> Vec<&'static str> {
     let rows = OLD.lines().filter_map(|line| line.strip_prefix(kind));
     let names: Vec<&str> = rows.map(str::trim).collect();
-    assert!(names.len() >= 10, "only {} of {kind}", names.len());
+    assert!(names.len() > 5, "only {} of {kind}", names.len());
     names
 }
 
@@ -176,7 +176,13 @@ fn locals_are_nouns() {
     let mut wrong = Vec::new();
     for source in &everything() {
         for name in &names {
-            for line in variable_lines(&source.code, name) {
+            let quoted = format!("`{name}`");
+            let comments =
+                source.text.lines().zip(1..).filter(|(line, _)| {
+                    line.trim_start().starts_with("//") && line.contains(&quoted)
+                });
+            let lines = variable_lines(&source.code, name).into_iter();
+            for line in lines.chain(comments.map(|(_, line)| line)) {
                 wrong.push(format!("{}:{line}: {name}", source.path));
             }
         }

@@ -59,8 +59,8 @@ pub(super) fn open(bytes: &[u8]) -> Result<Container, ContainerFault> {
     Ok(Container { json, binary })
 }
 
-/// Finds the first chunk of binary data that begins from `at` on and before `end`; others are of
-/// extensions, or padding.
+/// Finds the first chunk of binary data that begins from `offset` on and before `end`; others are
+/// of extensions, or padding.
 fn binary_chunk(
     bytes: &[u8],
     mut offset: usize,

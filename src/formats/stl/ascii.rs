@@ -293,17 +293,17 @@ impl<'a> StlAsciiReader<'a> {
         parse: impl Fn(&[u8], usize) -> (T, usize),
     ) -> Result<T, FacetFault> {
         self.words.skip_blanks();
-        let StlLexer { text, at } = self.words;
-        let (value, end) = parse(text, at);
-        let (value, end) = if end > at && ends_word(text, end) {
+        let StlLexer { text, position } = self.words;
+        let (value, end) = parse(text, position);
+        let (value, end) = if end > position && ends_word(text, end) {
             (value, end)
         } else {
-            let special = decimal::not_finite(text, at);
+            let special = decimal::not_finite(text, position);
             let special = special.filter(|&(_, end)| ends_word(text, end));
             let (value, end) = special.ok_or_else(|| self.fault("a number"))?;
             (value.into(), end)
         };
-        self.words.at = end;
+        self.words.position = end;
         Ok(value)
     }
 

@@ -13,22 +13,26 @@ fn is_comment(rest: &[u8]) -> bool {
 #[derive(Clone, Copy)]
 pub(super) struct StlLexer<'a> {
     pub(super) text: &'a [u8],
-    pub(super) at: usize,
+    pub(super) position: usize,
 }
 
 impl<'a> StlLexer<'a> {
-    pub(super) fn new(text: &'a [u8], offset: usize) -> StlLexer<'a> {
-        StlLexer { text, at: offset }
+    pub(super) fn new(text: &'a [u8], position: usize) -> StlLexer<'a> {
+        StlLexer { text, position }
     }
 
     /// Moves to the next word, or to the end of the text.
     #[inline]
     pub(super) fn skip_blanks(&mut self) {
         loop {
-            while self.text.get(self.at).is_some_and(|&byte| byte <= b' ') {
-                self.at += 1;
+            while self
+                .text
+                .get(self.position)
+                .is_some_and(|&byte| byte <= b' ')
+            {
+                self.position += 1;
             }
-            if !self.text.get(self.at..).is_some_and(is_comment) {
+            if !self.text.get(self.position..).is_some_and(is_comment) {
                 return;
             }
             self.skip_line();
@@ -36,15 +40,15 @@ impl<'a> StlLexer<'a> {
     }
 
     fn skip_line(&mut self) {
-        let rest = &self.text[self.at..];
-        self.at += memchr::memchr2(b'\n', b'\r', rest).unwrap_or(rest.len());
+        let rest = &self.text[self.position..];
+        self.position += memchr::memchr2(b'\n', b'\r', rest).unwrap_or(rest.len());
     }
 
     /// Takes the next word; none at the end of the text.
     pub(super) fn word(&mut self) -> Option<Span> {
         self.skip_blanks();
-        let word = word_at(self.text, self.at);
-        self.at = word.end();
+        let word = word_at(self.text, self.position);
+        self.position = word.end();
         (word.length > 0).then_some(word)
     }
 
@@ -62,17 +66,17 @@ impl<'a> StlLexer<'a> {
     /// Takes the next word if it is this one.
     #[inline]
     pub(super) fn take(&mut self, expected: &[u8]) -> Option<Span> {
-        let before = self.at;
+        let before = self.position;
         let word = self.word().filter(|&word| self.word_is(word, expected));
         if word.is_none() {
-            self.at = before;
+            self.position = before;
         }
         word
     }
 
     /// Takes `end` and a part, written as one word or as two.
     pub(super) fn take_end(&mut self, part: &[u8]) -> Option<Span> {
-        let before = self.at;
+        let before = self.position;
         let word = self.word()?;
         let bytes = &self.text[word.range()];
         let (end, rest) = bytes.split_at_checked(3).unwrap_or_default();
@@ -83,7 +87,7 @@ impl<'a> StlLexer<'a> {
                 rest.eq_ignore_ascii_case(part)
             };
         if !matches {
-            self.at = before;
+            self.position = before;
         }
         matches.then_some(word)
     }
@@ -96,12 +100,15 @@ impl<'a> StlLexer<'a> {
     /// Takes the name of a solid, which may hold blanks. It ends with its line, with a comment, or
     /// before a facet: some files are one line.
     pub(super) fn name(&mut self) -> Span {
-        let start = self.at;
+        let start = self.position;
         loop {
             let is_end = |byte: &u8| matches!(byte, b'\n' | b'\r');
             let blank = |byte: &&u8| **byte <= b' ' && !is_end(byte);
-            self.at += self.text[self.at..].iter().take_while(blank).count();
-            let (rest, name) = (&self.text[self.at..], Span::between(start, self.at));
+            self.position += self.text[self.position..].iter().take_while(blank).count();
+            let (rest, name) = (
+                &self.text[self.position..],
+                Span::between(start, self.position),
+            );
             if rest.first().is_none_or(is_end) {
                 return name;
             }
@@ -159,7 +166,7 @@ mod tests {
         ] {
             let mut words = StlLexer::new(text.as_bytes(), 0);
             words.name();
-            assert_eq!(&text[words.at..], rest, "{text:?}");
+            assert_eq!(&text[words.position..], rest, "{text:?}");
         }
     }
 
@@ -176,7 +183,7 @@ mod tests {
         ] {
             let mut words = StlLexer::new(text.as_bytes(), 0);
             assert_eq!(words.take_end(b"loop").is_some(), is_end, "{text:?}");
-            let position = words.at;
+            let position = words.position;
             assert_eq!(
                 text[position..].trim_start(),
                 if is_end { "x" } else { text }

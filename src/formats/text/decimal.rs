@@ -11,8 +11,8 @@ const POWERS: [f64; 23] = [
     1e17, 1e18, 1e19, 1e20, 1e21, 1e22,
 ];
 
-/// The number at `at`, and the position where it ends: `at` itself if there is none. `nan`, `inf`
-/// and numbers too large for f32 are returned as such.
+/// The number at `offset`, and the position where it ends: `offset` itself if there is none. `nan`,
+/// `inf` and numbers too large for f32 are returned as such.
 #[inline]
 pub(crate) fn float(text: &[u8], offset: usize) -> (f32, usize) {
     let negative = text.get(offset) == Some(&b'-');
@@ -60,7 +60,7 @@ pub(crate) fn double(text: &[u8], offset: usize) -> (f64, usize) {
     }
 }
 
-/// Continues `value` with the digits from `at`. It wraps if there are too many.
+/// Continues `value` with the digits from `offset`. It wraps if there are too many.
 #[inline(always)]
 fn digits(text: &[u8], offset: usize, mut value: u64) -> (u64, usize) {
     let mut i = offset;
@@ -140,8 +140,8 @@ fn special_value(word: &[u8]) -> Option<f32> {
     }
 }
 
-/// The whole number at `at`, and the position where it ends: `at` itself if there is none. Numbers
-/// beyond ±10¹⁸ are clamped to it.
+/// The whole number at `offset`, and the position where it ends: `offset` itself if there is none.
+/// Numbers beyond ±10¹⁸ are clamped to it.
 #[inline]
 pub(crate) fn integer(text: &[u8], offset: usize) -> (i64, usize) {
     let negative = text.get(offset) == Some(&b'-');

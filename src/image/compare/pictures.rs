@@ -50,7 +50,8 @@ pub fn save_side_by_side(
     save(path, [a, b], comparison, true)
 }
 
-/// Writes a PNG of the differences row by row, to the right of both pictures if `beside` is set.
+/// Writes a PNG of the differences row by row, to the right of both pictures if `side_by_side` is
+/// set.
 fn save(
     path: &Path,
     [a, b]: [&mut PictureReader; 2],
@@ -94,8 +95,8 @@ struct Drawing<'a> {
 }
 
 impl Drawing<'_> {
-    /// Adds a row of the differences to the samples, to the right of both pictures if `beside` is
-    /// set.
+    /// Adds a row of the differences to the samples, to the right of both pictures if
+    /// `side_by_side` is set.
     fn row(&self, band: &BandPair, row: usize, side_by_side: bool, rgb: &mut Vec<u8>) {
         let row = row * self.width..(row + 1) * self.width;
         for side in 0..if side_by_side { 2 } else { 0 } {

@@ -165,10 +165,10 @@ fn what_is_no_plan_is_refused() {
     // The version decides, whatever else is in the plan.
     for version in [1u64, 2, 3, 5, u64::MAX] {
         let refused = refused(&json!({"schema_version": version, "x": 1}).to_string());
-        let PlanError::Version { found, .. } = refused else {
+        let PlanError::Version { found: number, .. } = refused else {
             panic!("{refused}");
         };
-        assert_eq!(found, version);
+        assert_eq!(number, version);
     }
     assert!(RenderPlan::read(folder.path()).is_err());
 }

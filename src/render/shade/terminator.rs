@@ -20,11 +20,11 @@ pub struct TerminatorShift {
 }
 
 impl TerminatorShift {
-    /// The smooth surface above the hits of `at`; `None` if light follows all of their triangles.
-    /// Each hit point is raised to the tangent planes at the corners of its triangle, weighted by
-    /// its barycentric coordinates, where those planes are above it. Vertex normals are turned as
-    /// [`Surface::ng`] is, so that nothing is raised where the viewer sees a hollow. On instances,
-    /// the shift is that of the mesh, transformed.
+    /// The smooth surface above the hits of `surface`; `None` if light follows all of their
+    /// triangles. Each hit point is raised to the tangent planes at the corners of its triangle,
+    /// weighted by its barycentric coordinates, where those planes are above it. Vertex normals are
+    /// turned as [`Surface::ng`] is, so that nothing is raised where the viewer sees a hollow. On
+    /// instances, the shift is that of the mesh, transformed.
     pub fn of(scene: &Scene, surface: &Surface, hits: &HitPacket) -> Option<TerminatorShift> {
         let t = &scene.triangles;
         let placed = hits.prim_id.to_array().map(|id| scene.resolve(id));

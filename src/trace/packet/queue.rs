@@ -389,7 +389,7 @@ fn set_columns(to: &mut Rgb, from: Vec3x8, moved: impl Fn(F32x8) -> F32x8) {
     to[2] = moved(from.z).to_array();
 }
 
-/// Replaces the lanes of three columns that are not in `kept`.
+/// Replaces the lanes of three columns that are not in `earlier`.
 #[inline(always)]
 fn set_other_columns(earlier: Mask8, to: &mut Rgb, from: Vec3x8, moved: impl Fn(F32x8) -> F32x8) {
     to[0] = earlier.select(F32x8::new(to[0]), moved(from.x)).to_array();
@@ -397,7 +397,7 @@ fn set_other_columns(earlier: Mask8, to: &mut Rgb, from: Vec3x8, moved: impl Fn(
     to[2] = earlier.select(F32x8::new(to[2]), moved(from.z)).to_array();
 }
 
-/// Replaces the lanes of a column that are not in `kept`.
+/// Replaces the lanes of a column that are not in `earlier`.
 #[inline(always)]
 fn set_other_numbers(earlier: Mask8, to: &mut [u32; LANES], from: [u32; LANES]) {
     *to = earlier

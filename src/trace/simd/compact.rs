@@ -32,7 +32,7 @@ pub(crate) struct LaneMove {
 }
 
 impl LaneMove {
-    /// The move of the lanes set in `lanes` to lane `at` and after it.
+    /// The move of the lanes set in `lanes` to lane `lane` and after it.
     #[inline(always)]
     pub(crate) fn new(lanes: u32, lane: usize) -> LaneMove {
         let order = u64::from_le_bytes(COMPACT_LUT[0][lanes as usize % 256]);

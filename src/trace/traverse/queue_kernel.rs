@@ -24,8 +24,8 @@ pub(super) trait QueueKernel<T> {
         blocked: &mut [u8],
     ) -> bool;
 
-    /// Adds all hits of a slice's rays before `tmax` to `found`. Returns false, and does nothing,
-    /// if the kernel cannot trace these rays.
+    /// Adds all hits of a slice's rays before `tmax` to `hit_list`. Returns false, and does
+    /// nothing, if the kernel cannot trace these rays.
     fn every_hit(
         &mut self,
         rays: &RayQueue,

@@ -139,7 +139,7 @@ impl<'a> Traversal<'a> {
         *hits = shared.into_inner();
     }
 
-    /// Adds everything that the rays of a queue hit before their limits to `found`, in no order.
+    /// Adds everything that the rays of a queue hit before their limits to `hit_list`, in no order.
     pub(crate) fn every_hit(
         &mut self,
         rays: &RayQueue,

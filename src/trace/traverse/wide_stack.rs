@@ -60,11 +60,11 @@ impl WideStack {
         }
     }
 
-    /// Writes some children of a node, those `met` as bits, from `at` on, in their stored order or
+    /// Writes some children of a node, those `met` as bits, from `top` on, in their stored order or
     /// `reversed`, and arbitrary entries behind them. Returns their number.
     ///
     /// # Safety
-    /// There must be room for [`NATIVE`] entries from `at` on.
+    /// There must be room for [`NATIVE`] entries from `top` on.
     #[inline(always)]
     pub(super) unsafe fn push_hits(
         &mut self,
@@ -93,7 +93,7 @@ impl WideStack {
     /// (`perf/notes/single-rays.md`).
     ///
     /// # Safety
-    /// There must be room for [`NATIVE`] entries from `at` on.
+    /// There must be room for [`NATIVE`] entries from `top` on.
     #[inline(always)]
     pub(super) unsafe fn push_any(&mut self, top: usize, met: u32, codes: &[u32; NATIVE]) -> usize {
         debug_assert!(top + NATIVE <= self.code.len());
@@ -106,7 +106,7 @@ impl WideStack {
     /// The code of an entry.
     ///
     /// # Safety
-    /// `at` must be below the stack's room.
+    /// `index` must be below the stack's room.
     #[inline(always)]
     pub(super) unsafe fn code(&self, index: usize) -> u32 {
         // SAFETY: the caller's promise.
@@ -116,7 +116,7 @@ impl WideStack {
     /// The distance at which an entry begins, if it was written by [`WideStack::push_hits`].
     ///
     /// # Safety
-    /// `at` must be below the stack's room.
+    /// `index` must be below the stack's room.
     #[inline(always)]
     pub(super) unsafe fn tnear(&self, index: usize) -> f32 {
         // SAFETY: the caller's promise.

@@ -11,7 +11,7 @@ fn bytes(room: &TestFolder, name: &str) -> Vec<u8> {
     fs::read(room.path().join(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
 }
 
-/// Frames of a picture in the folder `whole`, rendered by one machine.
+/// Frames of a picture in the folder "whole", rendered by one machine.
 fn rendered_whole(room: &TestFolder, name: &str, options: &str) {
     fs::create_dir_all(room.path().join("whole")).unwrap();
     room.ok(&format!("render a.test -o whole/{name} {options}"));

@@ -53,7 +53,7 @@ fn leaving(surface: &OracleSurface, rng: &mut Rng) -> OracleRay {
     }
 }
 
-/// Sends rays off a scene's surfaces near the points given by `at`.
+/// Sends rays off a scene's surfaces near the points given by `point_on`.
 fn leave(
     scene: &Scene,
     size: f32,

@@ -169,7 +169,7 @@ const SPICE: [&str; 16] = [
     "5121",
 ];
 
-/// The text with the token at `at` (modulo their number) replaced.
+/// The text with the token at `offset` (modulo their number) replaced.
 fn spiced(text: &str, offset: usize, spice: &str) -> String {
     let tokens: Vec<usize> = text
         .char_indices()

@@ -242,8 +242,8 @@ mod tests {
         other.planes[0][5] = 1.0;
         hits(&mut other).prim_id[2] = 7;
         hits(&mut other).t[2] = 2.0;
-        let found = difference(&other).unwrap();
-        let text = found.to_string();
+        let report = difference(&other).unwrap();
+        let text = report.to_string();
         for part in [
             "2 pixels, first at (2, 0)",
             "from (0, 0, 1) toward (",
@@ -253,7 +253,7 @@ mod tests {
         ] {
             assert!(text.contains(part), "{part:?} in\n{text}");
         }
-        let json = serde_json::to_value(&found).unwrap();
+        let json = serde_json::to_value(&report).unwrap();
         assert_eq!((json["x"].as_u64(), json["y"].as_u64()), (Some(2), Some(0)));
         assert_eq!(json["simd"]["prim_id"], 7);
         assert_eq!(json["scalar"]["t_bits"], "3f800000");

@@ -67,7 +67,7 @@ pub(super) fn choose<const REACH: usize>(clusters: &Clusters, neighbours: &mut N
     }
 }
 
-/// Chooses for one cluster per lane, `at` positions after the tile's first.
+/// Chooses for one cluster per lane, `first` positions after the tile's first.
 #[inline(always)]
 fn choose_run<const REACH: usize>(
     clusters: &Clusters,

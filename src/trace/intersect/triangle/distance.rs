@@ -131,7 +131,7 @@ impl<L: Lanes> EdgeDistance<L> {
 
 /// The distances to the planes of triangles, which replace those by the edges; a ray in the plane
 /// keeps the latter. `only` is the one triangle of `stored` against which all rays are tested.
-/// Without it, each lane has its own triangle, and only those in `asked` lanes are computed.
+/// Without it, each lane has its own triangle, and only those in `vague` lanes are computed.
 /// Everything is passed by value: a value whose address is passed to a call would live in memory
 /// elsewhere, too.
 #[cold]

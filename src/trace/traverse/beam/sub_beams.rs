@@ -298,7 +298,7 @@ impl SubBeams {
         meets(seen, &self.around)
     }
 
-    /// Sub-beams, out of `of`, that may hit a box.
+    /// Sub-beams, out of `candidates`, that may hit a box.
     #[inline(always)]
     pub(super) fn meeting<L: Lanes>(
         &self,
@@ -319,7 +319,7 @@ impl SubBeams {
         met & candidates
     }
 
-    /// Sub-beams, out of `of`, that still search as deep as `near`.
+    /// Sub-beams, out of `candidates`, that still search as deep as `near`.
     #[inline(always)]
     pub(super) fn reaching<L: Lanes>(&self, candidates: u64, near: f32) -> u64 {
         let mut met = 0;
