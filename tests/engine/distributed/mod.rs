@@ -10,8 +10,8 @@ use phalanx::formats::read_test;
 use phalanx::frame::{Accel, Control, Engine, Sampling, Settings, render};
 use phalanx::scene::Scene;
 
-/// A picture of one small pixel, with camera rays from `eye` to approximately `target` (both as in a
-/// file), with up along y.
+/// A picture of one small pixel, with camera rays from `eye` to approximately `target` (both as in
+/// a file), with up along y.
 fn scene(eye: &str, target: &str, body: &str) -> Scene {
     let text = format!("size 1 1\ncamera {eye} {target} 0 1 0 0.001\n{body}");
     match read_test(&text) {

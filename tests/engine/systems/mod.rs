@@ -13,8 +13,8 @@ use phalanx::frame::{Accel, Control, Engine, Settings, render};
 use phalanx::render::RayCounts;
 use phalanx::scene::Scene;
 
-/// A picture of one pixel, with a camera ray from `eye` to `target` (both as in a file), with up along
-/// y.
+/// A picture of one pixel, with a camera ray from `eye` to `target` (both as in a file), with up
+/// along y.
 fn scene(eye: &str, target: &str, body: &str) -> Scene {
     let text = format!("size 1 1\ncamera {eye} {target} 0 1 0 30\n{body}");
     match read_test(&text) {
