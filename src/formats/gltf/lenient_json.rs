@@ -194,7 +194,13 @@ fn misfit(error: &Error, value: &str) -> String {
         None if message == MORE => "a shorter list",
         None => return message,
     };
-    format!("expected {expected}, not {}", quoted(value))
+    // What takes several lines is named by its kind.
+    let actual = match value.as_bytes().first() {
+        Some(b'{') if value.contains('\n') => "an object".to_owned(),
+        Some(b'[') if value.contains('\n') => "a list".to_owned(),
+        _ => quoted(value),
+    };
+    format!("expected {expected}, not {actual}")
 }
 
 /// The library's message for text after the end of the document, or rows after the last one.
