@@ -9,7 +9,7 @@ use super::every_hit::{FoundHit, FoundHits};
 use super::kernel::Kernel;
 use super::kernel_tuner::{KernelTuner, PerClassTuner};
 use super::next_hit::HitsByLane;
-use super::packet_pairs::{LimitedRays, PacketPairs};
+use super::packet_pairs::PacketPairs;
 use super::queue_kernel::{QueueKernel, TMaxOf};
 use super::single_ray::SingleRays;
 use crate::bvh::Bvh;
@@ -121,7 +121,7 @@ impl<'a> Traversal<'a> {
     /// The next hits of eight rays after `after`, by (t, prim_id), before their `tmax`. Lanes that
     /// are not active are returned as a miss.
     pub fn next(&mut self, rays: &RayPacket, active: Mask8, after: &HitPacket) -> HitPacket {
-        self.packets().next(rays, active, after)
+        self.0.packets.eight.next(rays, active, after)
     }
 
     /// Adds the hits of eight rays after `after`, before their `tmax`, to their lists in no order:
@@ -135,7 +135,8 @@ impl<'a> Traversal<'a> {
         hits: &mut HitsByLane,
     ) {
         let shared = RefCell::new(std::mem::take(hits));
-        self.packets().next_hits(rays, active, after, most, &shared);
+        let packets = &mut self.0.packets.eight;
+        packets.next_hits(rays, active, after, most, &shared);
         *hits = shared.into_inner();
     }
 
@@ -152,7 +153,7 @@ impl<'a> Traversal<'a> {
     }
 
     /// The packet kernel, which alone takes a limit for each ray.
-    pub(crate) fn packets(&mut self) -> &mut dyn LimitedRays {
+    pub(crate) fn packets(&mut self) -> &mut PacketPairs<'a, PacketCount> {
         &mut self.0.packets
     }
 }
@@ -209,10 +210,9 @@ fn divergent_kernel<'a, T: Counters + Send + 'a>(
     }
 }
 
-/// A tuner for shadow rays, with initial estimates of what a scene adds to those by cost.
-fn shadow_tuner(log_ratios: [f32; SPREAD_CLASSES]) -> CostTuner<SPREAD_CLASSES> {
-    let classes = PerClassTuner::new(log_ratios, TRIAL_BEAM_PENALTY);
-    CostTuner::new(classes, BEAM_LOG_RATIO_BY_COST, false)
+/// A tuner for shadow rays, with an initial estimate of what a scene adds to those by cost.
+fn shadow_tuner(log_ratio: f32) -> CostTuner<SPREAD_CLASSES> {
+    CostTuner::new(log_ratio, TRIAL_BEAM_PENALTY, BEAM_LOG_RATIO_BY_COST, false)
 }
 
 impl<'a, T: Counters + Send + 'a> Kernels<'a, T> {
@@ -229,12 +229,8 @@ impl<'a, T: Counters + Send + 'a> Kernels<'a, T> {
             // The initial estimates, until there are measurements.
             closest_tuner: PerClassTuner::new(INITIAL_LOG_RATIO, 1.0),
             every_hit_tuner: PerClassTuner::new(INITIAL_LOG_RATIO, 1.0),
-            any_hit_tuner: CostTuner::new(
-                PerClassTuner::new([0.0], 1.0),
-                ANY_HIT_LOG_RATIO_BY_COST,
-                true,
-            ),
-            shadow_tuner: shadow_tuner([0.0; SPREAD_CLASSES]),
+            any_hit_tuner: CostTuner::new(0.0, 1.0, ANY_HIT_LOG_RATIO_BY_COST, true),
+            shadow_tuner: shadow_tuner(0.0),
             camera_tuner: KernelTuner::new(INITIAL_CAMERA_LOG_RATIO, TRIAL_BEAM_PENALTY),
             origin_spread: OriginSpread::UNKNOWN,
         }
@@ -333,9 +329,7 @@ impl<'a, T: Counters + Send + 'a> Kernels<'a, T> {
         }
         self.packets.occluded(rays, packets, tmax, blocked);
     }
-}
 
-impl<'a, T: Counters + Send + 'a> Kernels<'a, T> {
     fn closest(&mut self, rays: &RayQueue, packets: Range<usize>, hits: &mut [HitPacket]) {
         if let (Kernel::Single, Some(divergent)) = (self.kernel, &mut self.divergent) {
             // As many rays at once as there are: towards the end of a batch few are left to trace
@@ -451,7 +445,7 @@ mod tests {
         let leaves = |kernel| {
             let mut traversal = Kernels::<TraversalStats>::new(&bvh, kernel);
             // Beams were far faster lately.
-            traversal.shadow_tuner = shadow_tuner([4.0; SPREAD_CLASSES]);
+            traversal.shadow_tuner = shadow_tuner(4.0);
             let blocked = &mut [0; 2];
             traversal.occluded(&rays, 0..rays.packets(), 1.0, blocked);
             traversal.stats().leaf_visits
