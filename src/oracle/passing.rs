@@ -52,7 +52,7 @@ impl Iterator for OracleHitWalk<'_> {
                 self.search.closest_after(self.ray, &after)
             }
             Some(after) => {
-                let rest = self.search.all_after(self.ray, &after).into_iter();
+                let rest = self.search.all_after::<false>(self.ray, &after).into_iter();
                 return self.rest.insert(rest).next();
             }
         };

@@ -60,28 +60,29 @@ impl<'a> SceneSearch<'a> {
     /// The closest hit with 0 < t, ties going to the smaller prim_id.
     pub(super) fn closest(&self, ray: &OracleRay) -> Option<OracleHit> {
         let setup = OracleRaySetup::new(ray);
+        self.closest_object(&setup, 0.0, |object, best| {
+            self.update_closest(&setup, object, best);
+        })
+    }
+
+    /// Passes `closer` the objects of the world that may be hit from a distance on, and before the
+    /// best hit so far, which it sets; returns the last best.
+    fn closest_object(
+        &self,
+        setup: &OracleRaySetup,
+        from: f32,
+        mut closer: impl FnMut(u32, &mut Option<OracleHit>),
+    ) -> Option<OracleHit> {
         let mut best = None;
         match self.search {
             OracleSearch::Tree(bvh) => {
-                let closer = |object, best: &mut Option<OracleHit>| {
-                    self.update_closest(&setup, object, best)
-                };
-                bvh.world()
-                    .closest(&setup, 0.0..f32::INFINITY, &mut best, closer);
+                (bvh.world()).closest(setup, from..f32::INFINITY, &mut best, closer);
             }
             OracleSearch::BruteForce => {
-                for object in world_objects(self.scene) {
-                    self.update_closest(&setup, object, &mut best);
-                }
+                world_objects(self.scene).for_each(|object| closer(object, &mut best));
             }
         }
         best
-    }
-
-    /// Every point at which a ray crosses a surface, in the order of (t, prim_id): of curved
-    /// primitives both sides.
-    pub(super) fn crossings(&self, ray: &OracleRay) -> Vec<OracleHit> {
-        self.list_after::<true>(ray, &START)
     }
 
     /// The first hit after another, by (t, prim_id).
@@ -89,12 +90,9 @@ impl<'a> SceneSearch<'a> {
         self.hits_after::<false>(ray, after, |hit, best| hit.update_next(after, best))
     }
 
-    /// All hits after another, in the order of (t, prim_id).
-    pub(super) fn all_after(&self, ray: &OracleRay, after: &SurfaceHit) -> Vec<OracleHit> {
-        self.list_after::<false>(ray, after)
-    }
-
-    fn list_after<const FAR_SIDES: bool>(
+    /// All hits after another, in the order of (t, prim_id); with `FAR_SIDES`, every point at which
+    /// a ray crosses a surface: of curved primitives both sides.
+    pub(super) fn all_after<const FAR_SIDES: bool>(
         &self,
         ray: &OracleRay,
         after: &SurfaceHit,
@@ -117,20 +115,9 @@ impl<'a> SceneSearch<'a> {
         mut take: impl FnMut(OracleHit, &mut Option<OracleHit>),
     ) -> Option<OracleHit> {
         let setup = OracleRaySetup::new(ray);
-        let mut best = None;
-        let mut next = |object, best: &mut Option<OracleHit>| {
+        self.closest_object(&setup, after.t, |object, best| {
             self.object_hits_after::<FAR_SIDES>(&setup, object, after, best, &mut take);
-        };
-        match self.search {
-            OracleSearch::Tree(bvh) => {
-                let from = after.t..f32::INFINITY;
-                bvh.world().closest(&setup, from, &mut best, next);
-            }
-            OracleSearch::BruteForce => {
-                world_objects(self.scene).for_each(|object| next(object, &mut best));
-            }
-        }
-        best
+        })
     }
 
     /// Passes `take` the hits of one object.
