@@ -2,8 +2,8 @@
 //! "Raytracer technical design document", 2016). It is a second, plainer implementation of the same
 //! arithmetic, with a tree of its own, that proves the packet engine bit by bit.
 //!
-//! It shares with the packet engine only the scene, the camera's scalar half and the definitions in
-//! `sampling`. It uses none of the modules simd, packet, bvh, traverse and shade.
+//! It shares with the packet engine only the scene, tiles, the camera's scalar half and the
+//! definitions in `sampling`. It uses none of the modules simd, packet, bvh, traverse and shade.
 
 mod block;
 mod instance;

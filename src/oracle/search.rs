@@ -2,9 +2,11 @@
 //! object after the other. `trace::intersect::instance` explains why no hit on an instance is lost.
 
 use super::instance::{instance_boxes, to_object, world_objects};
-use super::intersect::{OracleHit, OracleInterval, OracleRay, OracleRaySetup, max, min};
+use super::intersect::{
+    OracleHit, OracleInterval, OracleRay, OracleRaySetup, is_after, max, min, update_next,
+};
 use super::tree::TwoLevelBvh;
-use phalanx_scene::{Bounds, NO_PRIM, Scene, SurfaceHit};
+use phalanx_scene::{Bounds, NO_PRIM, Scene};
 use std::borrow::Cow;
 use std::cell::Cell;
 
@@ -18,7 +20,7 @@ pub enum OracleSearch<'a> {
 }
 
 /// Before every hit: no number follows this one.
-pub(super) const START: SurfaceHit = SurfaceHit {
+pub(super) const START: OracleHit = OracleHit {
     prim_id: NO_PRIM,
     t: 0.0,
     u: 0.0,
@@ -86,8 +88,8 @@ impl<'a> SceneSearch<'a> {
     }
 
     /// The first hit after another, by (t, prim_id).
-    pub(super) fn closest_after(&self, ray: &OracleRay, after: &SurfaceHit) -> Option<OracleHit> {
-        self.hits_after::<false>(ray, after, |hit, best| hit.update_next(after, best))
+    pub(super) fn closest_after(&self, ray: &OracleRay, after: &OracleHit) -> Option<OracleHit> {
+        self.hits_after::<false>(ray, after, |hit, best| update_next(hit, after, best))
     }
 
     /// All hits after another, in the order of (t, prim_id); with `FAR_SIDES`, every point at which
@@ -95,12 +97,12 @@ impl<'a> SceneSearch<'a> {
     pub(super) fn all_after<const FAR_SIDES: bool>(
         &self,
         ray: &OracleRay,
-        after: &SurfaceHit,
+        after: &OracleHit,
     ) -> Vec<OracleHit> {
         let mut all = Vec::new();
         // There is never a best hit, so that nothing ends the search early.
         self.hits_after::<FAR_SIDES>(ray, after, |hit, _| {
-            all.extend(hit.is_after(after).then_some(hit));
+            all.extend(is_after(&hit, after).then_some(hit));
         });
         all.sort_unstable_by_key(|hit| (hit.t.to_bits(), hit.prim_id));
         all
@@ -111,7 +113,7 @@ impl<'a> SceneSearch<'a> {
     fn hits_after<const FAR_SIDES: bool>(
         &self,
         ray: &OracleRay,
-        after: &SurfaceHit,
+        after: &OracleHit,
         mut take: impl FnMut(OracleHit, &mut Option<OracleHit>),
     ) -> Option<OracleHit> {
         let setup = OracleRaySetup::new(ray);
@@ -125,7 +127,7 @@ impl<'a> SceneSearch<'a> {
         &self,
         setup: &OracleRaySetup,
         object: u32,
-        after: &SurfaceHit,
+        after: &OracleHit,
         best: &mut Option<OracleHit>,
         mut take: impl FnMut(OracleHit, &mut Option<OracleHit>),
     ) {
@@ -188,7 +190,7 @@ impl<'a> SceneSearch<'a> {
         match object.checked_sub(self.scene.prim_count() as u32) {
             None => setup.update_closest(self.scene, object, best),
             Some(_) => self.object_hits_after::<false>(setup, object, &START, best, |hit, best| {
-                hit.update_next(&START, best);
+                update_next(hit, &START, best);
             }),
         }
     }
