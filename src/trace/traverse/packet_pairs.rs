@@ -7,7 +7,7 @@ use super::batch_slice::BatchSlice;
 use super::counters::{Counters, PacketCount};
 use super::every_hit::FoundHits;
 use super::packet::PacketKernel;
-use super::queue_kernel::{QueueKernel, TMaxOf};
+use super::queue_kernel::{QueueKernel, QueuePackets, TMaxOf};
 use crate::bvh::Bvh;
 use crate::packet::{HitPacket, RayQueue};
 use crate::simd::{F32x8, F32x16, LANES, LaneMask, Lanes};
@@ -76,14 +76,8 @@ impl<T: Counters> QueueKernel<T> for PacketPairs<'_, T> {
         true
     }
 
-    fn occluded(
-        &mut self,
-        rays: &RayQueue,
-        packets: Range<usize>,
-        tmax: f32,
-        blocked: &mut [u8],
-    ) -> bool {
-        self.occluded_of(rays, packets, TMaxOf::All(tmax), blocked);
+    fn occluded(&mut self, batch: QueuePackets, blocked: &mut [u8]) -> bool {
+        self.occluded_of(batch.rays, batch.packets, TMaxOf::All(batch.tmax), blocked);
         true
     }
 

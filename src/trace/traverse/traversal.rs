@@ -10,7 +10,7 @@ use super::kernel::Kernel;
 use super::kernel_tuner::{KernelTuner, PerClassTuner};
 use super::next_hit::HitsByLane;
 use super::packet_pairs::PacketPairs;
-use super::queue_kernel::{QueueKernel, TMaxOf};
+use super::queue_kernel::{QueueKernel, QueuePackets, TMaxOf};
 use super::single_ray::SingleRays;
 use crate::bvh::Bvh;
 use crate::packet::{HitPacket, RayPacket, RayQueue};
@@ -237,48 +237,41 @@ impl<'a, T: Counters + Send + 'a> Kernels<'a, T> {
     }
 
     /// Occlusion of one batch by the kernel that was fastest lately for rays like these.
-    fn occluded_by_fastest(
-        &mut self,
-        rays: &RayQueue,
-        batch: Range<usize>,
-        tmax: f32,
-        blocked: &mut [u8],
-    ) {
-        let first = batch.start;
+    fn occluded_by_fastest(&mut self, batch: QueuePackets, blocked: &mut [u8]) {
+        let (rays, all) = (batch.rays, &batch.packets);
+        let first = all.start;
+        let part = |slice: &BatchSlice| QueuePackets {
+            packets: slice.packets.clone(),
+            ..batch
+        };
         let places = |slice: &BatchSlice| slice.packets.start - first..slice.packets.end - first;
         // A sparser sample: most rays here are shadow rays, whose tracing takes little more than
         // the sampling.
         let stride = 4 * SAMPLE_STRIDE;
         if let Some(divergent) = &mut self.divergent
-            && coherence::divergence_class(rays, batch.clone(), stride) >= FIRST_DIVERGENT
+            && coherence::divergence_class(rays, all.clone(), stride) >= FIRST_DIVERGENT
         {
             let (packets, tuner) = (&mut self.packets, &mut self.any_hit_tuner);
-            tuner.trace(0, batch, |second, slice| {
-                let (blocked, slice) = (&mut blocked[places(slice)], slice.packets.clone());
+            tuner.trace(0, all.clone(), |second, slice| {
+                let blocked = &mut blocked[places(slice)];
                 if second {
-                    divergent.occluded(rays, slice, tmax, blocked)
+                    divergent.occluded(part(slice), blocked)
                 } else {
-                    packets.occluded(rays, slice, tmax, blocked)
+                    packets.occluded(part(slice), blocked)
                 };
             });
             return;
         }
-        if batch.len() < MIN_BEAM_PACKETS {
-            self.packets.occluded(rays, batch, tmax, blocked);
+        if all.len() < MIN_BEAM_PACKETS {
+            self.packets.occluded(batch, blocked);
             return;
         }
         // Beams need rays that lie together.
         let spread = &mut self.origin_spread;
-        let spread = spread.spread_class(rays, batch.clone(), 2 * SAMPLE_STRIDE);
+        let spread = spread.spread_class(rays, all.clone(), 2 * SAMPLE_STRIDE);
         let mut tuner = self.shadow_tuner;
-        tuner.trace(spread, batch, |beam, slice| {
-            self.occluded_by_beam(
-                beam,
-                rays,
-                slice.packets.clone(),
-                tmax,
-                &mut blocked[places(slice)],
-            );
+        tuner.trace(spread, all.clone(), |beam, slice| {
+            self.occluded_by_beam(beam, part(slice), &mut blocked[places(slice)]);
         });
         self.shadow_tuner = tuner;
     }
@@ -314,20 +307,13 @@ impl<'a, T: Counters + Send + 'a> Kernels<'a, T> {
     }
 
     /// Traces rays as a beam, if there are beams and the rays share a point, or else as packets.
-    fn occluded_by_beam(
-        &mut self,
-        beam: bool,
-        rays: &RayQueue,
-        packets: Range<usize>,
-        tmax: f32,
-        blocked: &mut [u8],
-    ) {
+    fn occluded_by_beam(&mut self, beam: bool, batch: QueuePackets, blocked: &mut [u8]) {
         if let (true, Some(beams)) = (beam, &mut self.beams)
-            && beams.occluded(rays, packets.clone(), tmax, blocked)
+            && beams.occluded(batch.clone(), blocked)
         {
             return;
         }
-        self.packets.occluded(rays, packets, tmax, blocked);
+        self.packets.occluded(batch, blocked);
     }
 
     fn closest(&mut self, rays: &RayQueue, packets: Range<usize>, hits: &mut [HitPacket]) {
@@ -361,16 +347,21 @@ impl<'a, T: Counters + Send + 'a> Kernels<'a, T> {
     }
 
     fn occluded(&mut self, rays: &RayQueue, packets: Range<usize>, tmax: f32, blocked: &mut [u8]) {
+        let batch = |packets| QueuePackets {
+            rays,
+            packets,
+            tmax,
+        };
         if let (Kernel::Single, Some(divergent)) = (self.kernel, &mut self.divergent) {
-            divergent.occluded(rays, packets, tmax, blocked);
+            divergent.occluded(batch(packets), blocked);
             return;
         }
         for (first, blocked) in packets.step_by(SIZE).zip(blocked.chunks_mut(SIZE)) {
-            let batch = first..first + blocked.len();
+            let batch = batch(first..first + blocked.len());
             if self.kernel == Kernel::Auto {
-                self.occluded_by_fastest(rays, batch, tmax, blocked);
+                self.occluded_by_fastest(batch, blocked);
             } else {
-                self.occluded_by_beam(true, rays, batch, tmax, blocked);
+                self.occluded_by_beam(true, batch, blocked);
             }
         }
     }
