@@ -83,17 +83,13 @@ impl Bvh {
             });
             return Ok(());
         }
-        let order = &scan_order(&rays);
-        let outputs = hits.chunks(chunk_of(order));
-        run(
-            self,
-            (rays, order),
-            threads,
-            outputs,
-            |worker, rays, hits, places| {
+        let order = scan_order(&rays);
+        let chunk = chunk_of(&order);
+        let work =
+            |worker: &mut Worker, rays: &RayColumns, hits: &mut HitColumns, places: RowNumbers| {
                 worker.closest(rays, hits, places);
-            },
-        );
+            };
+        run(self, (rays, &order), threads, hits.chunks(chunk), work);
         Ok(())
     }
 
@@ -146,16 +142,18 @@ impl Bvh {
             });
             return Ok(());
         }
-        let order = &scan_order(&rays);
-        let outputs = blocked.chunks_mut(chunk_of(order));
+        let order = scan_order(&rays);
+        let chunk = chunk_of(&order);
+        let work =
+            |worker: &mut Worker, rays: &RayColumns, out: &mut &mut [bool], places: RowNumbers| {
+                worker.occluded(rays, out, places);
+            };
         run(
             self,
-            (rays, order),
+            (rays, &order),
             threads,
-            outputs,
-            |worker, rays, blocked, places| {
-                worker.occluded(rays, blocked, places);
-            },
+            blocked.chunks_mut(chunk),
+            work,
         );
         Ok(())
     }
@@ -198,19 +196,16 @@ impl Bvh {
     fn all_hits_of(&self, rays: RayBatch, threads: usize) -> Result<HitLists, BatchError> {
         rays.check()?;
         let mut parts = vec![HitLists::empty(); rays.len().div_ceil(CHUNK)];
-        let outputs = parts.iter_mut();
-        run(
-            self,
-            (rays, &None),
-            threads,
-            outputs,
-            |worker, rays, part, _| {
+        let work =
+            |worker: &mut Worker, rays: &RayColumns, part: &mut &mut HitLists, _: RowNumbers| {
                 for list in worker.hit_lists(rays) {
-                    let hits = list.iter();
-                    part.push(hits.map(|hit| self.hit_of([hit.t, hit.u, hit.v], hit.prim_id)));
+                    part.push(
+                        list.iter()
+                            .map(|hit| self.hit_of([hit.t, hit.u, hit.v], hit.prim_id)),
+                    );
                 }
-            },
-        );
+            };
+        run(self, (rays, &None), threads, parts.iter_mut(), work);
         Ok(HitLists::joined(&parts))
     }
 
@@ -254,19 +249,14 @@ impl Bvh {
     ) -> Result<(), BatchError> {
         rays.check()?;
         same_length("counts", counts.len(), rays.len())?;
-        let outputs = counts.chunks_mut(CHUNK);
-        run(
-            self,
-            (rays, &None),
-            threads,
-            outputs,
-            |worker, rays, counts, _| {
+        let work =
+            |worker: &mut Worker, rays: &RayColumns, counts: &mut &mut [u32], _: RowNumbers| {
                 counts.fill(0);
                 for hit in worker.find_every_hit(rays) {
                     counts[hit.ray as usize] += 1;
                 }
-            },
-        );
+            };
+        run(self, (rays, &None), threads, counts.chunks_mut(CHUNK), work);
         Ok(())
     }
 }
