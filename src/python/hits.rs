@@ -47,6 +47,7 @@ type RefinedArrays = (Py<PyArrayDyn<f64>>, Py<PyArrayDyn<f64>>);
 /// The rays and the scene to which hits belong.
 pub(crate) struct RaySource {
     scene: Arc<Scene>,
+    coordinates: Coordinates,
     origins: Py<PyAny>,
     directions: Option<Py<PyAny>>,
 }
@@ -157,6 +158,7 @@ impl RaySource {
         directions: Option<&Bound<'_, PyAny>>,
     ) -> RaySource {
         RaySource {
+            coordinates: Coordinates::of(&scene),
             scene,
             origins: origins.clone().unbind(),
             directions: directions.map(|directions| directions.clone().unbind()),
@@ -178,7 +180,7 @@ impl RaySource {
         let [origins, directions] = self.rays(py, shape)?;
         let t = t.bind(py).to_vec()?;
         let prim_id = prim_id.bind(py).to_vec()?;
-        let (scene, coordinates) = (&self.scene, Coordinates::of(&self.scene));
+        let (scene, coordinates) = (&self.scene, self.coordinates);
         let count = scene.id_count();
         let refined = |(row, (&t, &prim_id)): (usize, (&f32, &i32))| {
             // The caller may have written to the columns.
@@ -208,11 +210,10 @@ impl RaySource {
         refined: &[Option<RefinedHit>],
         shape: &[usize],
     ) -> PyResult<(Doubles<'py>, Doubles<'py>)> {
-        let coordinates = Coordinates::of(&self.scene);
         let t = |hit: &Option<RefinedHit>| hit.map_or(f64::INFINITY, |hit| hit.t);
         let t = refined.iter().map(t);
         let points = refined.iter().flat_map(|hit| match hit {
-            Some(hit) => coordinates.outside(hit.point),
+            Some(hit) => self.coordinates.outside(hit.point),
             None => [f64::NAN; 3],
         });
         let points = shaped(py, points.collect(), &of_vectors(shape))?;
@@ -234,6 +235,7 @@ impl RaySource {
         let directions = directions.map(|directions| pick(directions.bind(py).clone(), 3));
         Ok(RaySource {
             scene: Arc::clone(&self.scene),
+            coordinates: self.coordinates,
             origins: pick(self.origins.bind(py).clone(), width)?,
             directions: directions.transpose()?,
         })

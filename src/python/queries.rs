@@ -24,13 +24,13 @@ struct RayQuery<'py> {
 impl<'py> RayQuery<'py> {
     fn of(
         scene: &Bound<'py, PyScene>,
-        origins: &Bound<'py, PyAny>,
-        [directions, tmax]: [Option<&Bound<'py, PyAny>>; 2],
+        [origins, directions, tmax]: [Option<&Bound<'py, PyAny>>; 3],
         filters: FilterArguments<'_, 'py>,
         threads: Option<i64>,
     ) -> PyResult<RayQuery<'py>> {
         let threads = crate::scene::threads(threads)?;
         let now = scene.get().now(scene.py());
+        let origins = origins.ok_or_else(|| value_error("no rays"))?;
         let rays = Rays::of(origins, directions, tmax, &now.coordinates())?;
         let bvh = now.tree(scene.py())?;
         if !bvh.has_wide() {
@@ -114,8 +114,8 @@ impl PyScene {
         ignore: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<PyHits> {
         let py = slf.py();
-        let filters = [tnear, mask, ignore];
-        let query = RayQuery::of(slf, origins, [directions, tmax], filters, threads)?;
+        let (rays, filters) = ([Some(origins), directions, tmax], [tnear, mask, ignore]);
+        let query = RayQuery::of(slf, rays, filters, threads)?;
         let mut hits = HitVectors::new(query.rays.len());
         let (bvh, threads) = (&query.bvh, query.threads);
         query.in_pieces(py, PIECE, |rows, filter, range| {
@@ -154,8 +154,8 @@ impl PyScene {
         ignore: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArrayDyn<bool>>> {
         let py = slf.py();
-        let filters = [tnear, mask, ignore];
-        let query = RayQuery::of(slf, origins, [directions, tmax], filters, threads)?;
+        let (rays, filters) = ([Some(origins), directions, tmax], [tnear, mask, ignore]);
+        let query = RayQuery::of(slf, rays, filters, threads)?;
         let mut blocked = vec![false; query.rays.len()];
         let (bvh, threads) = (&query.bvh, query.threads);
         query.in_pieces(py, PIECE, |rows, filter, range| {
@@ -187,8 +187,8 @@ impl PyScene {
         ignore: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArrayDyn<u32>>> {
         let py = slf.py();
-        let filters = [tnear, mask, ignore];
-        let query = RayQuery::of(slf, origins, [directions, tmax], filters, threads)?;
+        let (rays, filters) = ([Some(origins), directions, tmax], [tnear, mask, ignore]);
+        let query = RayQuery::of(slf, rays, filters, threads)?;
         let mut counts = vec![0; query.rays.len()];
         let (bvh, threads) = (&query.bvh, query.threads);
         query.in_pieces(py, SMALL_PIECE, |rows, filter, range| {
@@ -224,8 +224,8 @@ impl PyScene {
         ignore: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<PyAllHits> {
         let py = slf.py();
-        let filters = [tnear, mask, ignore];
-        let query = RayQuery::of(slf, origins, [directions, tmax], filters, threads)?;
+        let (rays, filters) = ([Some(origins), directions, tmax], [tnear, mask, ignore]);
+        let query = RayQuery::of(slf, rays, filters, threads)?;
         let mut all = HitLists::empty();
         let (bvh, threads) = (&query.bvh, query.threads);
         query.in_pieces(py, SMALL_PIECE, |rows, filter, _| {
