@@ -92,7 +92,8 @@ impl<L: Lanes> RaySlabs<L> {
         }
     }
 
-    /// Reciprocal directions, and origins moved down and up by the padding, from which [`RaySlabs::new`] picks.
+    /// Reciprocal directions, and origins moved down and up by the padding, from which
+    /// [`RaySlabs::new`] picks.
     #[inline(always)]
     pub(crate) fn columns(org: Vec3Lanes<L>, dir: Vec3Lanes<L>) -> [Vec3Lanes<L>; 3] {
         let rdir = Vec3Lanes::new(reciprocal(dir.x), reciprocal(dir.y), reciprocal(dir.z));
