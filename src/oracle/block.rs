@@ -5,25 +5,24 @@ use super::pixel::{OraclePixel, OraclePixelAccumulator};
 use super::shadow_cache_cursor::{SampleVisibility, ShadowCacheCursor};
 use glam::Vec3;
 use phalanx_scene::camera::Camera;
+use phalanx_scene::film::Tile;
 use phalanx_scene::sampling::{Adaptive, BLOCK, Cells, SampleResult, Sampling};
 
 impl Oracle<'_> {
-    /// Renders the pixels of a block, with as many samples as they need, row by row. The block
-    /// begins in column `x` and row `y`, and has the given number of columns and rows in the
-    /// picture, 8 at most.
+    /// Renders the pixels of a block, with as many samples as they need, row by row. `block` is its
+    /// part in the picture, of 8 columns and rows at most.
     pub fn block(
         &mut self,
         camera: &Camera,
         sampling: &Sampling,
         adaptive: &Adaptive,
-        corner: (u32, u32),
-        size: (u32, u32),
+        block: Tile,
     ) -> Vec<OraclePixel> {
         let occlusion = self.integrator.settings.ao_distance.is_some();
         if self.scene().is_stochastic() || camera.has_lens() || occlusion {
-            self.block_by_pixels(camera, sampling, adaptive, corner, size)
+            self.block_by_pixels(camera, sampling, adaptive, block)
         } else {
-            self.block_by_cells(camera, sampling, adaptive, corner, size)
+            self.block_by_cells(camera, sampling, adaptive, block)
         }
     }
 
@@ -34,18 +33,18 @@ impl Oracle<'_> {
         camera: &Camera,
         sampling: &Sampling,
         adaptive: &Adaptive,
-        (x, y): (u32, u32),
-        size: (u32, u32),
+        block: Tile,
     ) -> Vec<OraclePixel> {
+        let size = (block.width, block.height);
         let mut first = [[None; BLOCK as usize]; BLOCK as usize];
         let mut cells = Cells::default();
-        cells.begin(*adaptive, sampling.spp, ((x, y), size), true);
+        cells.begin(*adaptive, sampling.spp, ((block.x, block.y), size), true);
         loop {
             for k in 0..cells.requests().len() {
                 let request = &cells.requests()[k];
                 let ((column, row), number) = (request.pixel, request.number);
                 let mut visibility = SampleVisibility::of(&cells, k);
-                let place = (x + column, y + row);
+                let place = (block.x + column, block.y + row);
                 let traced = self.sample(camera, sampling, place, number, visibility.cursor());
                 let answer = SampleResult {
                     radiance: traced.light.sum().to_array(),
@@ -86,10 +85,10 @@ impl Oracle<'_> {
         camera: &Camera,
         sampling: &Sampling,
         adaptive: &Adaptive,
-        (x, y): (u32, u32),
-        size: (u32, u32),
+        block: Tile,
     ) -> Vec<OraclePixel> {
-        let mut block: [[OraclePixelAccumulator; BLOCK as usize]; BLOCK as usize] =
+        let size = (block.width, block.height);
+        let mut sums: [[OraclePixelAccumulator; BLOCK as usize]; BLOCK as usize] =
             Default::default();
         let places = || (0..size.1).flat_map(|row| (0..size.0).map(move |column| (column, row)));
         let (mut open, mut samples) = (!0, 0);
@@ -100,19 +99,19 @@ impl Oracle<'_> {
                     continue;
                 }
                 for sample in samples..next {
-                    let place = (x + column, y + row);
+                    let place = (block.x + column, block.y + row);
                     let traced =
                         self.sample(camera, sampling, place, sample, ShadowCacheCursor::NONE);
-                    block[row as usize][column as usize].add(traced);
+                    sums[row as usize][column as usize].add(traced);
                 }
             }
             samples = next;
             let gathered =
-                (block.each_ref()).map(|row| row.each_ref().map(OraclePixelAccumulator::radiance));
+                (sums.each_ref()).map(|row| row.each_ref().map(OraclePixelAccumulator::radiance));
             open = adaptive.still_active(open, samples, &gathered, size);
         }
         places()
-            .map(|(x, y)| block[y as usize][x as usize].finish())
+            .map(|(x, y)| sums[y as usize][x as usize].finish())
             .collect()
     }
 }

@@ -28,41 +28,21 @@ impl OracleRay {
     }
 }
 
-/// A ray's hit. A miss is no `OracleHit`, but `None`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct OracleHit {
-    /// Distance in units of the ray's direction.
-    pub t: f32,
-    /// Barycentric weight of a triangle's second vertex, else 0.
-    pub u: f32,
-    /// Barycentric weight of a triangle's third vertex, else 0.
-    pub v: f32,
-    /// Primitive, or primitive of an instance: see [`Scene::resolve`].
-    pub prim_id: u32,
+/// A ray's hit, with `u` and `v` of 0 on anything but a triangle. A miss is no `OracleHit`, but
+/// `None`.
+pub type OracleHit = SurfaceHit;
+
+/// Replaces `best` by a hit that comes after `after`, but before `best`.
+pub(super) fn update_next(hit: OracleHit, after: &OracleHit, best: &mut Option<OracleHit>) {
+    let precedes = best.is_none_or(|best| (hit.t, hit.prim_id) < (best.t, best.prim_id));
+    if is_after(&hit, after) && precedes {
+        *best = Some(hit);
+    }
 }
 
-impl OracleHit {
-    pub(super) fn on_surface(&self) -> SurfaceHit {
-        SurfaceHit {
-            prim_id: self.prim_id,
-            t: self.t,
-            u: self.u,
-            v: self.v,
-        }
-    }
-
-    /// Replaces `best` if this hit comes after `after`, but before `best`.
-    pub(super) fn update_next(&self, after: &SurfaceHit, best: &mut Option<OracleHit>) {
-        let precedes = best.is_none_or(|best| (self.t, self.prim_id) < (best.t, best.prim_id));
-        if self.is_after(after) && precedes {
-            *best = Some(*self);
-        }
-    }
-
-    /// Returns true if this hit comes after another, by (t, prim_id).
-    pub(super) fn is_after(&self, after: &SurfaceHit) -> bool {
-        (self.t, self.prim_id) > (after.t, after.prim_id)
-    }
+/// Returns true if a hit comes after another, by (t, prim_id).
+pub(super) fn is_after(hit: &OracleHit, after: &OracleHit) -> bool {
+    (hit.t, hit.prim_id) > (after.t, after.prim_id)
 }
 
 /// `minps` and `maxps`: a NaN in the first operand gives the second.

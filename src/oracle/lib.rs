@@ -2,8 +2,8 @@
 //! "Raytracer technical design document", 2016). It is a second, plainer implementation of the same
 //! arithmetic, with a tree of its own, that proves the packet engine bit by bit.
 //!
-//! It shares with the packet engine only the scene, the camera's scalar half and the definitions in
-//! `sampling`. It uses none of the modules simd, packet, bvh, traverse and shade.
+//! It shares with the packet engine only the scene, tiles, the camera's scalar half and the
+//! definitions in `sampling`. It uses none of the modules simd, packet, bvh, traverse and shade.
 
 mod block;
 mod instance;
@@ -207,14 +207,14 @@ impl<'a> Oracle<'a> {
 
     /// Finds all hits with 0 < t, ordered by (t, prim_id).
     pub fn all_hits(&self, ray: &OracleRay) -> Vec<OracleHit> {
-        self.integrator.search.all_after(ray, &START)
+        self.integrator.search.all_after::<false>(ray, &START)
     }
 
     /// Finds all points with 0 < t at which a ray crosses surfaces, ordered by (t, prim_id): the
     /// hits of [`Oracle::all_hits`], and behind them the far sides of spheres, ellipsoids and
     /// cones. The hit of a ray with a filter is the first of a primitive's that it accepts.
     pub fn crossings(&self, ray: &OracleRay) -> Vec<OracleHit> {
-        self.integrator.search.crossings(ray)
+        self.integrator.search.all_after::<true>(ray, &START)
     }
 
     /// Returns true if anything is hit with 0 < t < `tmax`, in units of the direction.

@@ -3,7 +3,7 @@
 use super::intersect::{OracleHit, OracleRay};
 use super::search::SceneSearch;
 use glam::Vec3;
-use phalanx_scene::{MIN_SURFACE_SHARE, SurfaceHit};
+use phalanx_scene::MIN_SURFACE_SHARE;
 use std::vec;
 
 /// Number of hits that are searched for one by one. Rays with more hits find the rest in one
@@ -15,7 +15,7 @@ struct OracleHitWalk<'a> {
     search: &'a SceneSearch<'a>,
     ray: &'a OracleRay,
     /// The last hit.
-    after: Option<SurfaceHit>,
+    after: Option<OracleHit>,
     steps: u32,
     /// All hits after the last, once they are known.
     rest: Option<vec::IntoIter<OracleHit>>,
@@ -26,7 +26,7 @@ impl<'a> OracleHitWalk<'a> {
     fn new(
         search: &'a SceneSearch<'a>,
         ray: &'a OracleRay,
-        after: Option<SurfaceHit>,
+        after: Option<OracleHit>,
     ) -> OracleHitWalk<'a> {
         OracleHitWalk {
             search,
@@ -52,11 +52,11 @@ impl Iterator for OracleHitWalk<'_> {
                 self.search.closest_after(self.ray, &after)
             }
             Some(after) => {
-                let rest = self.search.all_after(self.ray, &after).into_iter();
+                let rest = self.search.all_after::<false>(self.ray, &after).into_iter();
                 return self.rest.insert(rest).next();
             }
         };
-        self.after = hit.as_ref().map(OracleHit::on_surface).or(self.after);
+        self.after = hit.or(self.after);
         hit
     }
 }
@@ -67,28 +67,23 @@ impl SceneSearch<'_> {
     pub(super) fn closest_there(
         &self,
         ray: &OracleRay,
-        passed: Option<SurfaceHit>,
+        passed: Option<OracleHit>,
     ) -> Option<OracleHit> {
         self.next_there(&mut OracleHitWalk::new(self, ray, passed), passed)
     }
 
     /// The next hit of a walk with any coverage, after the hit `passed`.
-    fn next_there(
-        &self,
-        walk: &mut OracleHitWalk,
-        passed: Option<SurfaceHit>,
-    ) -> Option<OracleHit> {
+    fn next_there(&self, walk: &mut OracleHitWalk, passed: Option<OracleHit>) -> Option<OracleHit> {
         let dir = walk.ray.dir;
-        walk.find(|hit| {
-            let on = hit.on_surface();
-            let is_passed = |passed| self.scene.is_same_surface(passed, on);
+        walk.find(|&hit| {
+            let is_passed = |passed| self.scene.is_same_surface(passed, hit);
             !(self.has_coverage || self.has_unseen_backs)
-                || !passed.is_some_and(is_passed) && self.seen_coverage(dir, on) != 0.0
+                || !passed.is_some_and(is_passed) && self.seen_coverage(dir, hit) != 0.0
         })
     }
 
-    fn seen_coverage(&self, dir: Vec3, on: SurfaceHit) -> f32 {
-        self.scene.seen_coverage(dir, on).unwrap_or_else(|| {
+    fn seen_coverage(&self, dir: Vec3, hit: OracleHit) -> f32 {
+        self.scene.seen_coverage(dir, hit).unwrap_or_else(|| {
             self.unseen_backs.set(self.unseen_backs.get() + 1);
             0.0
         })
@@ -102,17 +97,17 @@ impl SceneSearch<'_> {
         opaque: bool,
     ) -> Vec<(u32, f32)> {
         let (mut open, mut next) = (1.0f32, first);
-        let mut walk = OracleHitWalk::new(self, ray, first.as_ref().map(OracleHit::on_surface));
+        let mut walk = OracleHitWalk::new(self, ray, first);
         let mut shares = Vec::new();
         while let Some(hit) = next {
-            let on = hit.on_surface();
-            let coverage = if opaque || !self.has_coverage { 1.0 } else { self.scene.coverage(on) };
+            let coverage =
+                if opaque || !self.has_coverage { 1.0 } else { self.scene.coverage(hit) };
             shares.push((hit.prim_id, open * coverage));
             open *= 1.0 - coverage;
             if open < MIN_SURFACE_SHARE {
                 break;
             }
-            next = self.next_there(&mut walk, Some(on));
+            next = self.next_there(&mut walk, Some(hit));
         }
         shares
     }
@@ -137,13 +132,12 @@ impl SceneSearch<'_> {
         mut spares: impl FnMut(&OracleHit) -> bool,
     ) -> Vec3 {
         let mut product = Vec3::ONE;
-        let mut counted: Option<SurfaceHit> = None;
+        let mut counted: Option<OracleHit> = None;
         for hit in OracleHitWalk::new(self, ray, None).take_while(|hit| hit.t < tmax) {
-            let on = hit.on_surface();
-            let is_counted = |counted| self.scene.is_same_surface(counted, on);
+            let is_counted = |counted| self.scene.is_same_surface(counted, hit);
             if !spares(&hit) && !counted.is_some_and(is_counted) {
-                product = self.scene.pass_light(product, on);
-                counted = Some(on);
+                product = self.scene.pass_light(product, hit);
+                counted = Some(hit);
             }
             if product == Vec3::ZERO {
                 break;

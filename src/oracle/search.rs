@@ -2,9 +2,11 @@
 //! object after the other. `trace::intersect::instance` explains why no hit on an instance is lost.
 
 use super::instance::{instance_boxes, to_object, world_objects};
-use super::intersect::{OracleHit, OracleInterval, OracleRay, OracleRaySetup, max, min};
+use super::intersect::{
+    OracleHit, OracleInterval, OracleRay, OracleRaySetup, is_after, max, min, update_next,
+};
 use super::tree::TwoLevelBvh;
-use phalanx_scene::{Bounds, NO_PRIM, Scene, SurfaceHit};
+use phalanx_scene::{Bounds, NO_PRIM, Scene};
 use std::borrow::Cow;
 use std::cell::Cell;
 
@@ -18,7 +20,7 @@ pub enum OracleSearch<'a> {
 }
 
 /// Before every hit: no number follows this one.
-pub(super) const START: SurfaceHit = SurfaceHit {
+pub(super) const START: OracleHit = OracleHit {
     prim_id: NO_PRIM,
     t: 0.0,
     u: 0.0,
@@ -60,49 +62,47 @@ impl<'a> SceneSearch<'a> {
     /// The closest hit with 0 < t, ties going to the smaller prim_id.
     pub(super) fn closest(&self, ray: &OracleRay) -> Option<OracleHit> {
         let setup = OracleRaySetup::new(ray);
+        self.closest_object(&setup, 0.0, |object, best| {
+            self.update_closest(&setup, object, best);
+        })
+    }
+
+    /// Passes `closer` the objects of the world that may be hit from a distance on, and before the
+    /// best hit so far, which it sets; returns the last best.
+    fn closest_object(
+        &self,
+        setup: &OracleRaySetup,
+        from: f32,
+        mut closer: impl FnMut(u32, &mut Option<OracleHit>),
+    ) -> Option<OracleHit> {
         let mut best = None;
         match self.search {
             OracleSearch::Tree(bvh) => {
-                let closer = |object, best: &mut Option<OracleHit>| {
-                    self.update_closest(&setup, object, best)
-                };
-                bvh.world()
-                    .closest(&setup, 0.0..f32::INFINITY, &mut best, closer);
+                (bvh.world()).closest(setup, from..f32::INFINITY, &mut best, closer);
             }
             OracleSearch::BruteForce => {
-                for object in world_objects(self.scene) {
-                    self.update_closest(&setup, object, &mut best);
-                }
+                world_objects(self.scene).for_each(|object| closer(object, &mut best));
             }
         }
         best
     }
 
-    /// Every point at which a ray crosses a surface, in the order of (t, prim_id): of curved
-    /// primitives both sides.
-    pub(super) fn crossings(&self, ray: &OracleRay) -> Vec<OracleHit> {
-        self.list_after::<true>(ray, &START)
-    }
-
     /// The first hit after another, by (t, prim_id).
-    pub(super) fn closest_after(&self, ray: &OracleRay, after: &SurfaceHit) -> Option<OracleHit> {
-        self.hits_after::<false>(ray, after, |hit, best| hit.update_next(after, best))
+    pub(super) fn closest_after(&self, ray: &OracleRay, after: &OracleHit) -> Option<OracleHit> {
+        self.hits_after::<false>(ray, after, |hit, best| update_next(hit, after, best))
     }
 
-    /// All hits after another, in the order of (t, prim_id).
-    pub(super) fn all_after(&self, ray: &OracleRay, after: &SurfaceHit) -> Vec<OracleHit> {
-        self.list_after::<false>(ray, after)
-    }
-
-    fn list_after<const FAR_SIDES: bool>(
+    /// All hits after another, in the order of (t, prim_id); with `FAR_SIDES`, every point at which
+    /// a ray crosses a surface: of curved primitives both sides.
+    pub(super) fn all_after<const FAR_SIDES: bool>(
         &self,
         ray: &OracleRay,
-        after: &SurfaceHit,
+        after: &OracleHit,
     ) -> Vec<OracleHit> {
         let mut all = Vec::new();
         // There is never a best hit, so that nothing ends the search early.
         self.hits_after::<FAR_SIDES>(ray, after, |hit, _| {
-            all.extend(hit.is_after(after).then_some(hit));
+            all.extend(is_after(&hit, after).then_some(hit));
         });
         all.sort_unstable_by_key(|hit| (hit.t.to_bits(), hit.prim_id));
         all
@@ -113,24 +113,13 @@ impl<'a> SceneSearch<'a> {
     fn hits_after<const FAR_SIDES: bool>(
         &self,
         ray: &OracleRay,
-        after: &SurfaceHit,
+        after: &OracleHit,
         mut take: impl FnMut(OracleHit, &mut Option<OracleHit>),
     ) -> Option<OracleHit> {
         let setup = OracleRaySetup::new(ray);
-        let mut best = None;
-        let mut next = |object, best: &mut Option<OracleHit>| {
+        self.closest_object(&setup, after.t, |object, best| {
             self.object_hits_after::<FAR_SIDES>(&setup, object, after, best, &mut take);
-        };
-        match self.search {
-            OracleSearch::Tree(bvh) => {
-                let from = after.t..f32::INFINITY;
-                bvh.world().closest(&setup, from, &mut best, next);
-            }
-            OracleSearch::BruteForce => {
-                world_objects(self.scene).for_each(|object| next(object, &mut best));
-            }
-        }
-        best
+        })
     }
 
     /// Passes `take` the hits of one object.
@@ -138,7 +127,7 @@ impl<'a> SceneSearch<'a> {
         &self,
         setup: &OracleRaySetup,
         object: u32,
-        after: &SurfaceHit,
+        after: &OracleHit,
         best: &mut Option<OracleHit>,
         mut take: impl FnMut(OracleHit, &mut Option<OracleHit>),
     ) {
@@ -201,7 +190,7 @@ impl<'a> SceneSearch<'a> {
         match object.checked_sub(self.scene.prim_count() as u32) {
             None => setup.update_closest(self.scene, object, best),
             Some(_) => self.object_hits_after::<false>(setup, object, &START, best, |hit, best| {
-                hit.update_next(&START, best);
+                update_next(hit, &START, best);
             }),
         }
     }

@@ -9,7 +9,7 @@ use super::shading::{self, OracleBounce, OracleMaterial, OracleSurface, SampleSe
 use super::shadow_cache_cursor::ShadowCacheCursor;
 use glam::Vec3;
 use phalanx_scene::sampling::BounceKind;
-use phalanx_scene::{IntegratorSettings, MAX_PASSES, RayCounts, SurfaceHit};
+use phalanx_scene::{IntegratorSettings, MAX_PASSES, RayCounts};
 use std::array;
 use std::iter::Flatten;
 
@@ -38,7 +38,7 @@ pub(super) struct PathSegment {
     /// Partly covered surfaces that the ray has passed since the camera.
     passed: u32,
     /// Hit after which the ray continues, if it does not begin at its origin.
-    after: Option<SurfaceHit>,
+    after: Option<OracleHit>,
 }
 
 impl PathSegment {
@@ -185,8 +185,7 @@ impl<'a> WhittedIntegrator<'a> {
         };
         let surface = OracleSurface::new(scene, &segment.ray, &hit);
         let prim = scene.resolve(hit.prim_id).prim;
-        let coverage =
-            if self.search.has_coverage { scene.coverage(hit.on_surface()) } else { 1.0 };
+        let coverage = if self.search.has_coverage { scene.coverage(hit) } else { 1.0 };
         let material = OracleMaterial::of(scene, prim, &hit);
         parts.direct = material.own * coverage;
         cursor.begin_hit(hit.prim_id);
@@ -234,9 +233,19 @@ impl<'a> WhittedIntegrator<'a> {
         let [mirror, refracted] = shading::bounces(material, from.seed, surface);
         let divisor = material.secondary_weight();
         let segment = |bounce: Option<OracleBounce>, way| {
-            let mut bounce = bounce?;
-            bounce.weight *= coverage;
-            self.secondary_segment(from, divisor, bounce, way)
+            let OracleBounce { ray, weight } = bounce?;
+            let weight = weight * coverage;
+            let share = from.share * (weight / divisor);
+            self.counts(share).then(|| PathSegment {
+                ray,
+                way,
+                seed: from.seed.child(way),
+                throughput: weight,
+                share,
+                depth: from.depth + 1,
+                passed: from.passed,
+                after: None,
+            })
         };
         [
             segment(mirror, BounceKind::Mirror),
@@ -265,7 +274,7 @@ impl<'a> WhittedIntegrator<'a> {
             share,
             depth: from.depth,
             passed: from.passed + 1,
-            after: Some(hit.on_surface()),
+            after: Some(*hit),
         })
     }
 
@@ -273,28 +282,6 @@ impl<'a> WhittedIntegrator<'a> {
     fn counts(&self, share: Vec3) -> bool {
         let least = self.settings.min_weight;
         least == 0.0 || share.abs().cmpge(Vec3::splat(least)).any()
-    }
-
-    /// A bounce of a ray, whose weight is divided by `divisor` for its share of the camera ray;
-    /// `None` if that share is below the minimum in every component.
-    fn secondary_segment(
-        &self,
-        from: &PathSegment,
-        divisor: Vec3,
-        bounce: OracleBounce,
-        way: BounceKind,
-    ) -> Option<PathSegment> {
-        let share = from.share * (bounce.weight / divisor);
-        self.counts(share).then(|| PathSegment {
-            ray: bounce.ray,
-            way,
-            seed: from.seed.child(way),
-            throughput: bounce.weight,
-            share,
-            depth: from.depth + 1,
-            passed: from.passed,
-            after: None,
-        })
     }
 }
 

@@ -156,9 +156,7 @@ fn finish(cells: &mut Cells, tile: Tile, pixels: &mut TileBuffer) {
     let ((right, down), aovs) = (cells.corner(), pixels.aovs());
     let coverage = if aovs.of_coverage() { cells.coverage() } else { Vec::new() };
     for (index, sum) in (0..).zip(&cells.sums()) {
-        let x = (right + index % BLOCK).checked_sub(tile.x);
-        let y = (down + index / BLOCK).checked_sub(tile.y);
-        let Some((x, y)) = x.zip(y).filter(|p| p.0 < tile.width && p.1 < tile.height) else {
+        let Some((x, y)) = tile.position_of(right + index % BLOCK, down + index / BLOCK) else {
             continue;
         };
         pixels.set(x, y, sum.radiance.mean());

@@ -18,9 +18,5 @@ pub(super) fn size_of(tile: Tile, (x, y): (u32, u32)) -> (u32, u32) {
 /// Maps a position in `outer`, which surrounds the tile, to the position in the tile; `None`
 /// outside the tile.
 pub(super) fn within(outer: Tile, tile: Tile) -> impl Fn((u32, u32)) -> Option<(u32, u32)> {
-    move |(x, y)| {
-        let x = (outer.x + x).checked_sub(tile.x)?;
-        let y = (outer.y + y).checked_sub(tile.y)?;
-        (x < tile.width && y < tile.height).then_some((x, y))
-    }
+    move |(x, y)| tile.position_of(outer.x + x, outer.y + y)
 }

@@ -63,7 +63,7 @@ impl<'a> SampleTracer<'a> {
                 has_unseen_backs: scene.has_unseen_backs(),
                 has_clear_shadows: scene.has_clear_shadows(),
                 mattes: None,
-                columns: levels.columns(),
+                columns: levels.sizes.columns,
                 stop: &NEVER_SET,
             },
             seeded: scene.is_stochastic() || integrator.ao_distance.is_some(),
@@ -113,7 +113,7 @@ impl<'a> SampleTracer<'a> {
         let first = sample == 0 && (record_hits || self.aovs.of_surface());
         let mut aovs = AovBuffer::new(arena, packets, self.aovs, first);
         self.fragments.clear();
-        let most = self.levels.camera_packets();
+        let most = self.levels.sizes.camera;
         for start in (0..packets).step_by(most) {
             if self.context.is_stopped() {
                 break;

@@ -11,6 +11,13 @@ pub struct Bounds {
     pub hi: Vec3,
 }
 
+impl Default for Bounds {
+    /// [`Bounds::EMPTY`].
+    fn default() -> Self {
+        Bounds::EMPTY
+    }
+}
+
 impl Bounds {
     /// The empty box: the neutral element of [`Bounds::union`].
     pub const EMPTY: Bounds = Bounds {

@@ -24,12 +24,12 @@ pub const MAX_PASSES: u32 = 64;
 /// it ends soon.
 pub const MIN_SURFACE_SHARE: f32 = 1.0 / 1_048_576.0;
 
-/// A hit on a surface, for the functions here.
-#[derive(Clone, Copy, Debug)]
+/// A ray's hit on a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfaceHit {
     /// Primitive, or primitive of an instance: see [`Scene::resolve`].
     pub prim_id: u32,
-    /// Distance along the ray.
+    /// Distance in units of the ray's direction.
     pub t: f32,
     /// Barycentric weight of a triangle's second vertex.
     pub u: f32,

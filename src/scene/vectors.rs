@@ -75,12 +75,6 @@ impl Vec3s {
         [&mut self.x, &mut self.y, &mut self.z]
     }
 
-    /// Bytes of all rows.
-    #[inline]
-    pub fn row_bytes(&self) -> usize {
-        self.parts().iter().map(|c| c.row_bytes()).sum()
-    }
-
     /// Largest absolute value of a component.
     pub(crate) fn largest_magnitude(&self) -> f32 {
         let of_part = |part| map_blocks(part, BLOCK_ROWS, largest_magnitude);
@@ -153,12 +147,6 @@ impl Vec2s {
     pub fn append(&mut self, other: Vec2s) {
         self.x.append(other.x);
         self.y.append(other.y);
-    }
-
-    /// Bytes of all rows.
-    #[inline]
-    pub fn row_bytes(&self) -> usize {
-        self.x.row_bytes() + self.y.row_bytes()
     }
 }
 

@@ -55,16 +55,13 @@ impl OracleRenderer<'_> {
     /// Renders the blocks that a tile touches, and keeps the part that lies in the tile.
     fn render_adaptively(&mut self, adaptive: Adaptive, tile: Tile, pixels: &mut TileBuffer) {
         let outer = tile.outward(BLOCK, self.camera.size());
-        for cell in tiles(outer, BLOCK) {
-            let size = (cell.width, cell.height);
-            let corner = (cell.x, cell.y);
+        for block in tiles(outer, BLOCK) {
             let (camera, sampling) = (self.camera, &self.sampling);
-            let block = self.oracle.block(camera, sampling, &adaptive, corner, size);
-            for (index, pixel) in (0..).zip(block) {
-                let (x, y) = (cell.x + index % size.0, cell.y + index / size.0);
-                let inside = x >= tile.x && y >= tile.y;
-                if inside && x - tile.x < tile.width && y - tile.y < tile.height {
-                    self.set(pixels, (x - tile.x, y - tile.y), &pixel);
+            let rendered = self.oracle.block(camera, sampling, &adaptive, block);
+            for (index, pixel) in (0..).zip(rendered) {
+                let (x, y) = (block.x + index % block.width, block.y + index / block.width);
+                if let Some(place) = tile.position_of(x, y) {
+                    self.set(pixels, place, &pixel);
                 }
             }
         }

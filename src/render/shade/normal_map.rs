@@ -2,11 +2,11 @@
 //! mirrored, sheared and scaled with its instance.
 
 use super::surface_point::{corner_columns, unit_or};
-use super::texture::map_value;
+use super::texture::{lanes_with, map_value};
 use glam::Vec3;
 use phalanx_scene::{Scene, TextureMap};
 use phalanx_trace::packet::HitPacket;
-use phalanx_trace::simd::{F32x8, LANES, LaneMask, Lanes, Mask8, Vec3x8};
+use phalanx_trace::simd::{F32x8, LANES, Lanes, Vec3x8};
 
 /// Turns the unit normals `ns` of hits on triangles in these rows: x along the tangent, made
 /// perpendicular to the normal, y along their cross product times the sign, z along the normal
@@ -23,12 +23,9 @@ pub(super) fn mapped_normals(
         return ns;
     };
     let tangents_of_rows = rows.map(|row| scene.triangles.corner_tangents(row));
-    let with = tangents_of_rows.iter().enumerate();
-    let with = with.fold(0, |bits, (k, tangents_of_rows)| {
-        bits | u32::from(tangents_of_rows.is_some()) << k
-    });
+    let with = lanes_with(&tangents_of_rows);
     let tangents_of_rows =
-        tangents_of_rows.map(|tangents_of_rows| tangents_of_rows.unwrap_or(([Vec3::ZERO; 3], 1.0)));
+        tangents_of_rows.map(|tangents| tangents.unwrap_or(([Vec3::ZERO; 3], 1.0)));
     let [a, b, c] = corner_columns(tangents_of_rows.map(|(tangents, _)| tangents));
     let (beta, gamma) = (hits.u, hits.v);
     let alpha = (F32x8::ONE - beta) - gamma;
@@ -40,7 +37,7 @@ pub(super) fn mapped_normals(
     let [x, y, z] = [value.x, value.y, value.z].map(|c| c * F32x8::splat(2.0) - F32x8::ONE);
     let scale = F32x8::splat(map.scale);
     let normal = (tangent.scale(x * scale) + bitangent.scale(y * scale)) + ns.scale(z);
-    Vec3x8::select(given & Mask8::from_bits(with), unit_or(normal, ns), ns)
+    Vec3x8::select(given & with, unit_or(normal, ns), ns)
 }
 
 /// Vectors on the side of the unit normal `ng`; those on the other side are mirrored.

@@ -20,6 +20,19 @@ pub(super) struct SurfacePoint {
     pub(super) offset: F32x8,
 }
 
+impl SurfacePoint {
+    /// Points of surfaces with one normal.
+    fn smooth(point: Vec3x8, n: Vec3x8, offset: F32x8) -> SurfacePoint {
+        SurfacePoint {
+            point,
+            ng: n,
+            ns: n,
+            outward: n,
+            offset,
+        }
+    }
+}
+
 /// Evaluates hits in the space where the primitives are stored. `back` is the unit vector against
 /// the rays there; it is the normal of surfaces without one. Within an instance, a ray's own
 /// direction is not a unit vector.
@@ -219,14 +232,8 @@ fn sphere(
     let radius = F32x8::from_lanes(|lane| scene.spheres.radius[rows[lane]]);
     let n = unit_or((rays.org - center) + rays.dir.scale(t), back);
     let point = center + n.scale(radius);
-    SurfacePoint {
-        point,
-        ng: n,
-        ns: n,
-        outward: n,
-        offset: radius * F32x8::splat(PAD)
-            + n.abs().dot(point.abs()) * F32x8::splat(PLANE_ROUNDING),
-    }
+    let rounding = n.abs().dot(point.abs()) * F32x8::splat(PLANE_ROUNDING);
+    SurfacePoint::smooth(point, n, radius * F32x8::splat(PAD) + rounding)
 }
 
 /// Point and normal on the unit sphere in object space; the normal is transformed by the inverse
@@ -253,14 +260,7 @@ fn ellipsoid(
     let p = point.abs();
     let terms = ((mx.abs().scale(p.x) + my.abs().scale(p.y)) + mz.abs().scale(p.z)) + shift.abs();
     let inside = (terms.max_abs() + F32x8::ONE) / length;
-    let offset = (inside + point.max_abs()) * F32x8::splat(PAD);
-    SurfacePoint {
-        point,
-        ng,
-        ns: ng,
-        outward: ng,
-        offset,
-    }
+    SurfacePoint::smooth(point, ng, (inside + point.max_abs()) * F32x8::splat(PAD))
 }
 
 /// The hit point's distance from the axis and its height are projected onto the line of the cone's
@@ -305,11 +305,5 @@ fn cone(
     let size = (apex - base).max_abs() + radius.max(other);
     let point = base + (radial.scale(x) + axis.scale(z));
     let rounding = ng.abs().dot(point.abs()) * F32x8::splat(PLANE_ROUNDING);
-    SurfacePoint {
-        point,
-        ng,
-        ns: ng,
-        outward: ng,
-        offset: size * F32x8::splat(PAD) + rounding,
-    }
+    SurfacePoint::smooth(point, ng, size * F32x8::splat(PAD) + rounding)
 }

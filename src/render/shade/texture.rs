@@ -37,18 +37,15 @@ fn vertex_color(scene: &Scene, hits: &HitPacket) -> Vec3x8 {
             .triangles
             .corner_colors(scene.prims[prim as usize].index())
     });
-    let given = corners.iter().enumerate();
-    let given = given.fold(0, |bits, (k, colors)| {
-        bits | u32::from(colors.is_some()) << k
-    });
-    if given == 0 {
+    let given = lanes_with(&corners);
+    if !given.any() {
         return WHITE;
     }
     let [a, b, c] = corner_columns(corners.map(|colors| colors.unwrap_or([Vec3::ONE; 3])));
     let (beta, gamma) = (hits.u, hits.v);
     let alpha = (F32x8::ONE - beta) - gamma;
     let color = (a.scale(alpha) + b.scale(beta)) + c.scale(gamma);
-    Vec3x8::select(Mask8::from_bits(given), color, WHITE)
+    Vec3x8::select(given, color, WHITE)
 }
 
 /// The colour of a material's texture; 1 where the material has no texture or the triangle has no
@@ -58,17 +55,17 @@ fn texture_color(scene: &Scene, material: u32, hits: &HitPacket) -> Vec3x8 {
     if texture == NO_TEXTURE {
         return WHITE;
     }
-    match TexturePosition::of(scene, 0, hits) {
-        None => WHITE,
-        Some(position) => {
-            let color = sample(
-                &scene.textures[texture as usize],
-                linear_of_srgb(),
-                &position,
-            );
-            Vec3x8::select(position.given, color, WHITE)
-        }
-    }
+    let texture = &scene.textures[texture as usize];
+    TexturePosition::of(scene, 0, hits).map_or(WHITE, |position| {
+        let color = sample(texture, linear_of_srgb(), &position);
+        Vec3x8::select(position.given, color, WHITE)
+    })
+}
+
+/// The lanes that have a value.
+pub(super) fn lanes_with<T>(values: &[Option<T>; LANES]) -> Mask8 {
+    let bit = |(k, value): (usize, &Option<T>)| u32::from(value.is_some()) << k;
+    Mask8::from_bits(values.iter().enumerate().map(bit).sum())
 }
 
 /// The values of a map's picture, and the lanes whose triangles have texture coordinates; `None` if
@@ -101,9 +98,8 @@ impl TexturePosition {
             let prim = scene.prims[scene.resolve(id).prim as usize];
             scene.triangles.corner_uvs(prim.index(), layer)
         });
-        let given = corners.iter().enumerate();
-        let given = given.fold(0, |bits, (k, uvs)| bits | u32::from(uvs.is_some()) << k);
-        if given == 0 {
+        let given = lanes_with(&corners);
+        if !given.any() {
             return None;
         }
         let (beta, gamma) = (hits.u, hits.v);
@@ -115,7 +111,7 @@ impl TexturePosition {
             (corner_value(0) * alpha + corner_value(1) * beta) + corner_value(2) * gamma
         };
         Some(TexturePosition {
-            given: Mask8::from_bits(given),
+            given,
             u: place(0),
             v: place(1),
         })

@@ -186,16 +186,12 @@ fn partial_surface(
     hits: &[HitPacket],
     batch: &[HitKey],
 ) -> Surface {
-    let ray = rays_of(batch);
+    // Lanes past the end of the batch repeat its last hit.
+    let ray = std::array::from_fn(|k| batch[k.min(batch.len() - 1)] as u32);
     let active = Mask8::first(batch.len());
     let unpacked = unpack_key(shade_key_of(batch[0]));
     let (rays, hits) = gather(rays, hits, &ray);
     surface(scene, unpacked, &rays, &hits, active, ray)
-}
-
-/// The rays of a batch; lanes past its end repeat its last hit.
-fn rays_of(batch: &[HitKey]) -> [u32; LANES] {
-    std::array::from_fn(|k| batch[k.min(batch.len() - 1)] as u32)
 }
 
 fn unpack_key(key: ShadeKey) -> ShadeGroup {

@@ -15,11 +15,10 @@ use super::wave_sizes::WaveSizes;
 use super::wavefront_context::{Wave, WavefrontContext};
 use bumpalo::Bump;
 use phalanx_scene::{IntegratorSettings, MAX_PASSES, Scene};
-use phalanx_trace::packet::QueueColumns;
 
 /// The levels of a renderer, each with the bounces of one wave.
 pub(crate) struct Levels {
-    sizes: WaveSizes,
+    pub(crate) sizes: WaveSizes,
     max_depth: u32,
     levels: Vec<BounceLevel>,
 }
@@ -31,16 +30,6 @@ impl Levels {
             max_depth: settings.max_depth,
             levels: Vec::new(),
         }
-    }
-
-    /// The columns of the queues of bounces.
-    pub(crate) fn columns(&self) -> QueueColumns {
-        self.sizes.columns
-    }
-
-    /// Maximum number of packets of a wave of camera rays.
-    pub(crate) fn camera_packets(&self) -> usize {
-        self.sizes.camera
     }
 
     /// A level of the stack; camera rays are level 0.

@@ -55,16 +55,12 @@ pub(super) fn spawn_secondary_rays(
     };
     let groups = || bouncing.iter().map(surface);
     bounces.fill(rays.packets.len(), ways, context.columns, |queue| {
-        push_bounces(queue, BounceKind::Mirror, rays, groups(), outgoing, shares);
+        let push = |queue: &mut _, kind| {
+            push_bounces(queue, kind, rays, groups(), outgoing, shares);
+        };
+        push(queue, BounceKind::Mirror);
         let mirrored = queue.len();
-        push_bounces(
-            queue,
-            BounceKind::Refracted,
-            rays,
-            groups(),
-            outgoing,
-            shares,
-        );
+        push(queue, BounceKind::Refracted);
         context.stats.rays.reflection += mirrored as u64;
         context.stats.rays.refraction += (queue.len() - mirrored) as u64;
         mirrored

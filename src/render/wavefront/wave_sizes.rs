@@ -31,7 +31,7 @@ pub(crate) const CAMERA_RAYS: usize = 1024;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct WaveSizes {
     /// Maximum number of packets of a wave of camera rays.
-    pub(super) camera: usize,
+    pub(crate) camera: usize,
     /// Maximum number of packets of a wave of bounces.
     pub(super) bounced: usize,
     /// Bounces that a ray may take, as limited by the settings and by its weight, and surfaces that
@@ -39,7 +39,7 @@ pub struct WaveSizes {
     depth: usize,
     /// Bytes that a packet of a wave takes in its level.
     level_bytes: usize,
-    pub(super) columns: QueueColumns,
+    pub(crate) columns: QueueColumns,
 }
 
 /// Bounds on the factors of the shares of camera rays.

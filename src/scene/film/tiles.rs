@@ -46,6 +46,12 @@ impl Tile {
         }
     }
 
+    /// Position in the tile of a pixel of the picture; `None` outside the tile.
+    pub fn position_of(&self, x: u32, y: u32) -> Option<(u32, u32)> {
+        let (x, y) = (x.checked_sub(self.x)?, y.checked_sub(self.y)?);
+        (x < self.width && y < self.height).then_some((x, y))
+    }
+
     /// The intersection with another tile; a tile without pixels if they do not overlap.
     pub fn within(&self, other: Tile) -> Tile {
         let (x, y) = (self.x.max(other.x), self.y.max(other.y));

@@ -147,21 +147,14 @@ impl Triangles {
             rows
         };
         let corners = shifted(mesh.corners, self.vertices.len());
-        let vertices = [
-            self.vertex_normals.len(),
-            self.vertex_uvs.len(),
-            self.vertex_tangents.len(),
-            self.vertex_colors.len(),
-        ];
-        let optional = [
-            (&mut self.normals, mesh.normals),
-            (&mut self.uvs, mesh.uvs),
-            (&mut self.tangents, mesh.tangents),
-            (&mut self.colors, mesh.colors),
-        ];
-        for ((column, rows), vertices) in optional.into_iter().zip(vertices) {
+        let append_rows = |column: &mut _, rows, vertices: usize| {
             append_optional(column, shifted(rows, vertices), before, more);
-        }
+        };
+        append_rows(&mut self.normals, mesh.normals, self.vertex_normals.len());
+        append_rows(&mut self.uvs, mesh.uvs, self.vertex_uvs.len());
+        let tangents = self.vertex_tangents.len();
+        append_rows(&mut self.tangents, mesh.tangents, tangents);
+        append_rows(&mut self.colors, mesh.colors, self.vertex_colors.len());
         if mesh.vertex_opacity.is_empty() {
             let opaque = std::iter::repeat_n(1.0, mesh.vertex_colors.len());
             self.vertex_opacity.extend(opaque);

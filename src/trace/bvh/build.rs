@@ -12,12 +12,11 @@ use super::geometry_starts::GeometryStarts;
 use super::offsets::Offsets;
 use super::settings::BuildSettings;
 use super::subtree::{Subtree, build_subtree, relative_cost};
-use super::tree::RayCounter;
 use super::tree_parts::{TreePart, TreeParts};
 use super::wide::widen;
 use super::{Bvh, WideBvh};
 use phalanx_scene::huge_pages::move_to_huge_pages;
-use phalanx_scene::{ForkSafeOnce, NO_PRIM, Scene, on_pool, thread_count};
+use phalanx_scene::{NO_PRIM, Scene, on_pool, thread_count};
 use rayon::prelude::*;
 use std::panic::resume_unwind;
 
@@ -143,7 +142,7 @@ fn build(scene: &Scene, settings: &BuildSettings) -> Bvh {
     let bounds = meshes.iter().map(|mesh| mesh.tree.bounds).collect();
     let input = BuildInput::new(scene, bounds);
     let Some(world) = build_subtree(&input, input.world(), quality) else {
-        return Bvh::empty();
+        return Bvh::default();
     };
     let mut parts = TreeParts {
         settings: *settings,
@@ -157,10 +156,8 @@ fn build(scene: &Scene, settings: &BuildSettings) -> Bvh {
         sah: 1.0 + relative_cost(world.tree.weighted_cost, world.tree.bounds),
         nodes: world.tree.nodes.into(),
         slots: world.slots,
-        wide: ForkSafeOnce::new(),
         geometries: GeometryStarts::of(scene),
-        rays_cast: RayCounter::default(),
-        parts: None,
+        ..Bvh::default()
     };
     append_meshes(&mut bvh, meshes, &mut parts);
     bvh.parts = Some(Box::new(parts));

@@ -26,11 +26,6 @@ impl Offsets {
         }
     }
 
-    /// Offsets of slots only.
-    pub(super) fn of_slots(slot: [u32; LeafKind::COUNT]) -> Offsets {
-        Offsets { node: 0, slot }
-    }
-
     /// A reference within a tree, converted to the shared arrays.
     #[inline(always)]
     pub(super) fn rebased(&self, child: Child) -> Child {

@@ -49,16 +49,8 @@ impl Clone for RayCounter {
 }
 
 impl Default for Bvh {
-    /// The tree of a scene without primitives.
-    fn default() -> Self {
-        Bvh::empty()
-    }
-}
-
-impl Bvh {
     /// The tree of a scene without primitives: a root with two empty leaves.
-    #[inline]
-    pub(super) fn empty() -> Bvh {
+    fn default() -> Self {
         Bvh {
             nodes: vec![Node::new([(Child::EMPTY, Bounds::EMPTY); 2])].into(),
             slots: LeafPrims::default(),
@@ -70,7 +62,9 @@ impl Bvh {
             parts: None,
         }
     }
+}
 
+impl Bvh {
     /// Nodes, depth first. Every node index in them is in range, and every leaf's slots exist.
     #[inline]
     pub fn nodes(&self) -> &[Node] {

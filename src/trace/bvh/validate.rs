@@ -14,9 +14,8 @@
 //!   That gives a wrong picture, but never an unsafe or endless traversal.
 
 use super::geometry_starts::GeometryStarts;
-use super::tree::RayCounter;
 use super::{Bvh, Child, LeafKind, LeafPrims, Node};
-use phalanx_scene::{Column, ForkSafeOnce, Scene};
+use phalanx_scene::{Column, Scene};
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU16, AtomicU64, Ordering::Relaxed};
 
@@ -287,10 +286,8 @@ impl UnverifiedBvh {
             slots: self.arrays.slots,
             depth: world + meshes,
             sah: self.arrays.sah,
-            wide: ForkSafeOnce::new(),
             geometries: GeometryStarts::of(scene),
-            rays_cast: RayCounter::default(),
-            parts: None,
+            ..Bvh::default()
         })
     }
 

@@ -274,9 +274,9 @@ pub(super) fn same_length(column: &'static str, len: usize, rays: usize) -> Resu
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct RayBuffer {
-    origin: [Vec<f32>; 3],
-    direction: [Vec<f32>; 3],
-    tmax: Vec<f32>,
+    pub(super) origin: [Vec<f32>; 3],
+    pub(super) direction: [Vec<f32>; 3],
+    pub(super) tmax: Vec<f32>,
 }
 
 impl RayBuffer {

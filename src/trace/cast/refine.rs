@@ -1,7 +1,7 @@
 //! A hit in double precision: where the ray meets the surface that single precision has found.
 
 use super::Hit;
-use glam::{DMat3, DVec3};
+use glam::{DAffine3, DVec3, Vec3};
 use phalanx_scene::{PrimKind, Scene, Triangles};
 
 /// A hit in double precision.
@@ -44,23 +44,25 @@ pub fn refine(scene: &Scene, origin: [f64; 3], direction: [f64; 3], hit: &Hit) -
     let (origin, direction) = (DVec3::from(origin), DVec3::from(direction));
     let resolved = scene.resolve(hit.prim_id);
     let prim = scene.prims[resolved.prim as usize];
-    let instance = resolved
-        .instance
-        .map(|i| InstanceMaps::of(scene, i as usize));
+    let instances = &scene.instances;
     let t = f64::from(hit.t);
     let columns = scene.columns_of(prim.kind());
-    let (t, normal) = match instance {
+    let (t, normal) = match resolved.instance {
         None => columns.refine(prim.index(), origin, direction, t),
-        Some(maps) if prim.kind() == PrimKind::Triangle => {
+        Some(instance) if prim.kind() == PrimKind::Triangle => {
+            let to_world = affine(instances.world_columns(instance as usize));
             let corners = scene.triangles.corners(prim.index());
-            let corners = corners.map(|corner| maps.to_world(corner.as_dvec3()));
+            let corners = corners.map(|corner| to_world.transform_point3(corner.as_dvec3()));
             Triangles::refine_on_plane(corners, origin, direction, t)
         }
-        Some(maps) => {
+        Some(instance) => {
             // A curved surface is met in the space where it is stored. Distances are the same.
-            let (from, along) = (maps.to_object(origin), maps.object * direction);
+            let to_object = affine(instances.object_columns(instance as usize));
+            let from = to_object.transform_point3(origin);
+            let along = to_object.transform_vector3(direction);
             let (t, normal) = columns.refine(prim.index(), from, along, t);
-            (t, maps.normal(normal))
+            // A normal goes to the world by the transpose of the inverse.
+            (t, to_object.matrix3.transpose() * normal)
         }
     };
     RefinedHit {
@@ -70,38 +72,8 @@ pub fn refine(scene: &Scene, origin: [f64; 3], direction: [f64; 3], hit: &Hit) -
     }
 }
 
-/// The two maps of an instance, each the inverse of the other.
-struct InstanceMaps {
-    world: DMat3,
-    world_offset: DVec3,
-    object: DMat3,
-    object_offset: DVec3,
-}
-
-impl InstanceMaps {
-    fn of(scene: &Scene, i: usize) -> InstanceMaps {
-        let instances = &scene.instances;
-        let (world, object) = (instances.world_columns(i), instances.object_columns(i));
-        let [wx, wy, wz, world_offset] = world.map(|c| c.as_dvec3());
-        let [ox, oy, oz, object_offset] = object.map(|c| c.as_dvec3());
-        InstanceMaps {
-            world: DMat3::from_cols(wx, wy, wz),
-            world_offset,
-            object: DMat3::from_cols(ox, oy, oz),
-            object_offset,
-        }
-    }
-
-    fn to_world(&self, point: DVec3) -> DVec3 {
-        self.world * point + self.world_offset
-    }
-
-    fn to_object(&self, point: DVec3) -> DVec3 {
-        self.object * point + self.object_offset
-    }
-
-    /// A normal goes to the world by the transpose of the inverse.
-    fn normal(&self, normal: DVec3) -> DVec3 {
-        self.object.transpose() * normal
-    }
+/// A map in double precision.
+fn affine(columns: [Vec3; 4]) -> DAffine3 {
+    let [x, y, z, offset] = columns.map(|column| column.as_dvec3());
+    DAffine3::from_cols(x, y, z, offset)
 }

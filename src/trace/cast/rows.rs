@@ -1,7 +1,7 @@
 //! Rays of a batch in rows, as numpy and most programs have them: x, y and z side by side.
 
 use super::columns::same_length;
-use super::{BatchError, Ray, RayColumns, TMax};
+use super::{BatchError, Ray, RayBuffer, RayColumns, TMax};
 
 /// Rays of a batch whose x, y and z lie side by side, row after row. What a ray may be and what
 /// makes it fast is told at [`RayColumns`]; answers are the same. A batch turns the rows into
@@ -178,11 +178,7 @@ impl<'a> RayBatch<'a> {
 /// Rows turned into columns. Each number is read once, and nothing is decided by what the caller's
 /// memory holds afterwards.
 #[derive(Default)]
-pub(super) struct TransposedRays {
-    origin: [Vec<f32>; 3],
-    direction: [Vec<f32>; 3],
-    tmax: Vec<f32>,
-}
+pub(super) struct TransposedRays(RayBuffer);
 
 impl TransposedRays {
     /// The rays in columns.
@@ -191,27 +187,31 @@ impl TransposedRays {
             RayBatch::InColumns(columns) => return *columns,
             RayBatch::InRows(rows) => rows,
         };
-        turn(rows.origin, rows.stride, &mut self.origin);
-        turn(rows.direction, rows.stride, &mut self.direction);
-        RayColumns {
-            origin: self.origin.each_ref().map(Vec::as_slice),
-            direction: self.direction.each_ref().map(Vec::as_slice),
-            tmax: match rows.tmax {
-                TMax::All(tmax) => TMax::All(tmax),
-                TMax::Each(each) => {
-                    self.tmax.clear();
-                    self.tmax.extend_from_slice(each);
-                    TMax::Each(&self.tmax)
-                }
-            },
+        turn(rows.origin, rows.stride, &mut self.0.origin);
+        turn(rows.direction, rows.stride, &mut self.0.direction);
+        if let TMax::Each(each) = rows.tmax {
+            self.0.tmax.clear();
+            self.0.tmax.extend_from_slice(each);
+        }
+        self.with_limits(rows.tmax)
+    }
+
+    /// The rays in columns, with limits of their own unless all have one.
+    fn with_limits<'b>(&'b self, tmax: TMax<'b>) -> RayColumns<'b> {
+        let columns = self.0.columns();
+        match tmax {
+            TMax::All(_) => RayColumns { tmax, ..columns },
+            TMax::Each(_) => columns,
         }
     }
-}
 
-impl TransposedRays {
     /// The rays at some places, in columns.
     pub(super) fn picked<'b>(&'b mut self, rays: &RayBatch<'b>, places: &[u32]) -> RayColumns<'b> {
-        let (origin, direction) = (&mut self.origin, &mut self.direction);
+        let RayBuffer {
+            origin,
+            direction,
+            tmax,
+        } = &mut self.0;
         match rays {
             RayBatch::InColumns(columns) => {
                 for axis in 0..3 {
@@ -224,17 +224,10 @@ impl TransposedRays {
                 pick_rows(rows.direction, rows.stride, places, direction);
             }
         }
-        RayColumns {
-            origin: origin.each_ref().map(Vec::as_slice),
-            direction: direction.each_ref().map(Vec::as_slice),
-            tmax: match rays.tmax() {
-                TMax::All(limit) => TMax::All(limit),
-                TMax::Each(each) => {
-                    pick(each, places, &mut self.tmax);
-                    TMax::Each(&self.tmax)
-                }
-            },
+        if let TMax::Each(each) = rays.tmax() {
+            pick(each, places, tmax);
         }
+        self.with_limits(rays.tmax())
     }
 }
 

@@ -91,10 +91,8 @@ impl<'a> Worker<'a> {
         if any_able && endless {
             self.traversal.closest(&queue, 0..count, &mut self.hits);
         } else if any_able {
-            let tmax = &self.packets.tmax;
-            self.traversal
-                .packets()
-                .closest_below(&queue, tmax, &mut self.hits);
+            let kernel = self.traversal.packets();
+            kernel.closest_below(&queue, &self.packets.tmax, &mut self.hits);
         }
     }
 
@@ -152,19 +150,11 @@ impl<'a> Worker<'a> {
         let count = packets_for(rays.len());
         self.blocked.resize(count, 0);
         let queue = self.packets.queue.queue();
+        let (traversal, bits) = (&mut self.traversal, &mut self.blocked);
         match common {
             _ if !any_able => {}
-            Some(tmax) => {
-                let blocked = &mut self.blocked;
-                self.traversal.occluded(&queue, 0..count, tmax, blocked);
-            }
-            None => {
-                let tmax = &self.packets.tmax;
-                let blocked = &mut self.blocked;
-                self.traversal
-                    .packets()
-                    .occluded_below(&queue, tmax, blocked);
-            }
+            Some(tmax) => traversal.occluded(&queue, 0..count, tmax, bits),
+            None => (traversal.packets()).occluded_below(&queue, &self.packets.tmax, bits),
         }
         let lanes = self.blocked.iter().zip(&self.packets.able);
         for (k, (bits, able)) in lanes.enumerate() {

@@ -49,6 +49,21 @@ impl<L: Lanes> TInterval<L> {
             tfar: L::splat(f32::INFINITY),
         }
     }
+
+    /// Clamps distances to this interval of the primitive's own box, and marks the lanes in which
+    /// they are ahead of the origin.
+    #[inline(always)]
+    pub(crate) fn clamp(&self, raw: L) -> (L::Mask, L) {
+        let t = raw.max(self.tnear).min(self.tfar);
+        let ahead = raw.gt(L::ZERO) & t.gt(L::ZERO);
+        (ahead & self.tnear.le(self.tfar), t)
+    }
+
+    /// Lanes whose ray is in the box somewhere between 0 and `best`.
+    #[inline(always)]
+    pub(crate) fn overlaps(&self, best: L) -> L::Mask {
+        self.tnear.le(self.tfar.min(best))
+    }
 }
 
 impl<L: Lanes> RaySlabs<L> {
@@ -77,20 +92,14 @@ impl<L: Lanes> RaySlabs<L> {
         }
     }
 
-    /// Reciprocal directions, and origins moved down and up, from which [`RaySlabs::new`] picks.
+    /// Reciprocal directions, and origins moved down and up by the padding, from which
+    /// [`RaySlabs::new`] picks.
     #[inline(always)]
     pub(crate) fn columns(org: Vec3Lanes<L>, dir: Vec3Lanes<L>) -> [Vec3Lanes<L>; 3] {
         let rdir = Vec3Lanes::new(reciprocal(dir.x), reciprocal(dir.y), reciprocal(dir.z));
-        let [lo, hi] = RaySlabs::moved(org);
-        [rdir, lo, hi]
-    }
-
-    /// Origins moved down and up by the padding.
-    #[inline(always)]
-    fn moved(org: Vec3Lanes<L>) -> [Vec3Lanes<L>; 2] {
         let pad = org.max_abs() * L::splat(PAD);
         let pad = Vec3Lanes::new(pad, pad, pad);
-        [org - pad, org + pad]
+        [rdir, org - pad, org + pad]
     }
 
     /// Entry (not before 0) and exit distances, for any rays.
@@ -145,23 +154,6 @@ pub(crate) trait SlabTest<L: Lanes> {
             tnear: x0.min(x1).max(y0.min(y1)).max(z0.min(z1)).max(L::ZERO),
             tfar: x0.max(x1).min(y0.max(y1)).min(z0.max(z1)),
         }
-    }
-}
-
-impl<L: Lanes> TInterval<L> {
-    /// Clamps distances to this interval of the primitive's own box, and marks the lanes in which
-    /// they are ahead of the origin.
-    #[inline(always)]
-    pub(crate) fn clamp(&self, raw: L) -> (L::Mask, L) {
-        let t = raw.max(self.tnear).min(self.tfar);
-        let ahead = raw.gt(L::ZERO) & t.gt(L::ZERO);
-        (ahead & self.tnear.le(self.tfar), t)
-    }
-
-    /// Lanes whose ray is in the box somewhere between 0 and `best`.
-    #[inline(always)]
-    pub(crate) fn overlaps(&self, best: L) -> L::Mask {
-        self.tnear.le(self.tfar.min(best))
     }
 }
 

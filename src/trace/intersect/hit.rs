@@ -65,6 +65,18 @@ impl<L: Lanes> HitRecord<L> {
         }
     }
 
+    /// The recorded hit as a candidate of these lanes, at these distances.
+    #[inline(always)]
+    pub(crate) fn candidate(&self, valid: L::Mask, t: L) -> HitCandidate<L> {
+        HitCandidate {
+            valid,
+            t,
+            v: self.v,
+            w: self.w,
+            det: self.det,
+        }
+    }
+
     /// Lanes whose record comes after a hit, by (t, prim_id).
     #[inline(always)]
     pub(crate) fn is_after(&self, t: L, id: L::U32) -> L::Mask {

@@ -69,6 +69,19 @@ fn in_frame<L: Lanes>(
 /// Orders (kx, ky, kz) by dominant axis; x, y, z if the lanes' axes differ.
 pub(crate) const FRAMES: [[usize; 3]; 4] = [[1, 2, 0], [2, 0, 1], [0, 1, 2], [0, 1, 2]];
 
+/// The axis of a direction's largest component.
+#[inline(always)]
+pub(crate) fn dominant_axis(dir: &[f32; 3]) -> usize {
+    let [x, y, z] = dir.map(f32::abs);
+    if x >= y && x >= z {
+        0
+    } else if y >= z {
+        1
+    } else {
+        2
+    }
+}
+
 /// Value of [`Shear::axis`] if the lanes' dominant axes differ.
 pub(crate) const MIXED: usize = 3;
 

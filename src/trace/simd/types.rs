@@ -26,6 +26,19 @@ fn fold<const N: usize>(
 /// return the other operand than `minps` if the two do not compare.
 const HAS_ORDERED_MIN_MAX: bool = cfg!(target_arch = "x86_64");
 
+/// Operators of a type, lane by lane: those of the type in it.
+macro_rules! lane_operators {
+    ($type:ident: $($Operator:ident $operate:ident),+) => {$(
+        impl $Operator for $type {
+            type Output = $type;
+            #[inline(always)]
+            fn $operate(self, other: $type) -> $type {
+                $type(self.0.$operate(other.0))
+            }
+        }
+    )+};
+}
+
 /// Defines the types of one lane count. A macro instead of a generic, because `wide`'s types share
 /// no trait.
 macro_rules! lane_types {
@@ -45,37 +58,7 @@ macro_rules! lane_types {
         #[repr(transparent)]
         pub struct $M($f);
 
-        impl Add for $F {
-            type Output = $F;
-            #[inline(always)]
-            fn add(self, other: $F) -> $F {
-                $F(self.0 + other.0)
-            }
-        }
-
-        impl Sub for $F {
-            type Output = $F;
-            #[inline(always)]
-            fn sub(self, other: $F) -> $F {
-                $F(self.0 - other.0)
-            }
-        }
-
-        impl Mul for $F {
-            type Output = $F;
-            #[inline(always)]
-            fn mul(self, other: $F) -> $F {
-                $F(self.0 * other.0)
-            }
-        }
-
-        impl Div for $F {
-            type Output = $F;
-            #[inline(always)]
-            fn div(self, other: $F) -> $F {
-                $F(self.0 / other.0)
-            }
-        }
+        lane_operators!($F: Add add, Sub sub, Mul mul, Div div);
 
         impl Neg for $F {
             type Output = $F;
@@ -313,21 +296,7 @@ macro_rules! lane_types {
             }
         }
 
-        impl BitAnd for $M {
-            type Output = $M;
-            #[inline(always)]
-            fn bitand(self, other: $M) -> $M {
-                $M(self.0 & other.0)
-            }
-        }
-
-        impl BitOr for $M {
-            type Output = $M;
-            #[inline(always)]
-            fn bitor(self, other: $M) -> $M {
-                $M(self.0 | other.0)
-            }
-        }
+        lane_operators!($M: BitAnd bitand, BitOr bitor);
 
         impl Not for $M {
             type Output = $M;
@@ -497,34 +466,4 @@ impl From<F32x8> for F64x8 {
     }
 }
 
-impl Add for F64x8 {
-    type Output = F64x8;
-    #[inline(always)]
-    fn add(self, other: F64x8) -> F64x8 {
-        F64x8(self.0 + other.0)
-    }
-}
-
-impl Sub for F64x8 {
-    type Output = F64x8;
-    #[inline(always)]
-    fn sub(self, other: F64x8) -> F64x8 {
-        F64x8(self.0 - other.0)
-    }
-}
-
-impl Mul for F64x8 {
-    type Output = F64x8;
-    #[inline(always)]
-    fn mul(self, other: F64x8) -> F64x8 {
-        F64x8(self.0 * other.0)
-    }
-}
-
-impl Div for F64x8 {
-    type Output = F64x8;
-    #[inline(always)]
-    fn div(self, other: F64x8) -> F64x8 {
-        F64x8(self.0 / other.0)
-    }
-}
+lane_operators!(F64x8: Add add, Sub sub, Mul mul, Div div);

@@ -47,13 +47,17 @@ pub(super) struct CostTuner<const N: usize> {
 }
 
 impl<const N: usize> CostTuner<N> {
+    /// A tuner with the initial estimate, for all classes, and the penalty of [`KernelTuner::new`].
+    ///
+    /// [`KernelTuner::new`]: super::kernel_tuner::KernelTuner::new
     pub(super) fn new(
-        classes: PerClassTuner<N>,
+        log_ratio: f32,
+        trial_penalty: f32,
         biases: [f32; COST_CLASSES],
         both_probe: bool,
     ) -> CostTuner<N> {
         CostTuner {
-            classes,
+            classes: PerClassTuner::new([log_ratio; N], trial_penalty),
             biases,
             both_probe,
             last: false,
@@ -123,8 +127,7 @@ mod tests {
     /// many of them had their first packets timed.
     fn probes(packets: usize, second: bool) -> usize {
         let log_ratio = if second { 9.0 } else { -9.0 };
-        let classes = PerClassTuner::new([log_ratio], 1.0);
-        let mut tuner = CostTuner::new(classes, [0.0; COST_CLASSES], true);
+        let mut tuner = CostTuner::<1>::new(log_ratio, 1.0, [0.0; COST_CLASSES], true);
         let mut probes = 0;
         for batch in 0..100 {
             let (first, mut traced) = (batch * packets, Vec::new());

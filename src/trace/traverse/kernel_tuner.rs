@@ -171,11 +171,6 @@ impl KernelTuner {
         self.until_trial =
             trial * (TRIAL_INTERVAL * self.log_ratio().abs()).clamp(MIN_INTERVAL, most);
     }
-
-    /// Raises the log ratio by `more`, on evidence from another class.
-    fn nudge(&mut self, more: f32) {
-        self.mean_time[0] *= more.exp();
-    }
 }
 
 /// A tuner for each of several classes of rays.
@@ -204,7 +199,7 @@ impl<const N: usize> PerClassTuner<N> {
         self.shared(class, |tuner| tuner.trace(bias, batch, parts, kernel))
     }
 
-    /// Updates one class, and nudges the others by its change.
+    /// Updates one class, and raises the others' log ratios by a share of its change.
     fn shared<R>(&mut self, class: usize, record: impl FnOnce(&mut KernelTuner) -> R) -> R {
         let before = self.0[class].mean_time;
         let answer = record(&mut self.0[class]);
@@ -214,7 +209,7 @@ impl<const N: usize> PerClassTuner<N> {
         let more = self.0[class].log_ratio() - (before[0] / before[1]).ln();
         for (k, other) in self.0.iter_mut().enumerate() {
             if k != class {
-                other.nudge(more * CLASS_TRANSFER / other.trials as f32);
+                other.mean_time[0] *= (more * CLASS_TRANSFER / other.trials as f32).exp();
             }
         }
         answer

@@ -108,16 +108,8 @@ impl<L: Lanes> Query<L> for NextHit<L> {
     fn exit_instance(&mut self, inner: NextHit<L>, _: &TInterval<L>, _: u32) -> bool {
         // Already in the world's distances and numbers; no closer if nothing was found.
         let hits = inner.best;
-        self.best.update(
-            &HitCandidate {
-                valid: hits.t.gt(inactive_t()),
-                t: hits.t,
-                v: hits.v,
-                w: hits.w,
-                det: hits.det,
-            },
-            hits.prim_id,
-        );
+        let hit = hits.candidate(hits.t.gt(inactive_t()), hits.t);
+        self.best.update(&hit, hits.prim_id);
         false
     }
 }

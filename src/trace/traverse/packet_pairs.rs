@@ -6,42 +6,19 @@
 use super::batch_slice::BatchSlice;
 use super::counters::{Counters, PacketCount};
 use super::every_hit::FoundHits;
-use super::next_hit::HitsByLane;
 use super::packet::PacketKernel;
-use super::queue_kernel::{QueueKernel, TMaxOf};
+use super::queue_kernel::{QueueKernel, QueuePackets, TMaxOf};
 use crate::bvh::Bvh;
-use crate::packet::{HitPacket, RayPacket, RayQueue};
-use crate::simd::{F32x8, F32x16, LANES, LaneMask, Lanes, Mask8};
-use std::cell::RefCell;
+use crate::packet::{HitPacket, RayQueue};
+use crate::simd::{F32x8, F32x16, LANES, LaneMask, Lanes};
 use std::ops::Range;
 
 /// Packet kernels for one tree, counting by `T`.
-pub(super) struct PacketPairs<'a, T> {
-    eight: PacketKernel<'a, F32x8, T>,
+pub(crate) struct PacketPairs<'a, T> {
+    pub(super) eight: PacketKernel<'a, F32x8, T>,
     sixteen: PacketKernel<'a, F32x16, T>,
     /// True if two packets are traced side by side.
     pairs: bool,
-}
-
-/// Tracing with a limit for each ray.
-pub(crate) trait LimitedRays {
-    /// The closest hits below the limits, for all packets of a queue, with one row of `tmax` and of
-    /// `hits` each.
-    fn closest_below(&mut self, rays: &RayQueue, tmax: &[[f32; LANES]], hits: &mut [HitPacket]);
-    /// Sets `blocked` to the lanes (as bits) that hit anything before their limits, for all packets
-    /// of a queue.
-    fn occluded_below(&mut self, rays: &RayQueue, tmax: &[[f32; LANES]], blocked: &mut [u8]);
-    /// The next hits of eight rays after `after`: see [`PacketKernel::next`].
-    fn next(&mut self, rays: &RayPacket, active: Mask8, after: &HitPacket) -> HitPacket;
-    /// The next few hits of eight rays: see [`PacketKernel::next_hits`].
-    fn next_hits(
-        &mut self,
-        rays: &RayPacket,
-        active: Mask8,
-        after: &HitPacket,
-        most: usize,
-        hits: &RefCell<HitsByLane>,
-    );
 }
 
 impl<'a, T: Counters> PacketPairs<'a, T> {
@@ -99,14 +76,8 @@ impl<T: Counters> QueueKernel<T> for PacketPairs<'_, T> {
         true
     }
 
-    fn occluded(
-        &mut self,
-        rays: &RayQueue,
-        packets: Range<usize>,
-        tmax: f32,
-        blocked: &mut [u8],
-    ) -> bool {
-        self.occluded_of(rays, packets, TMaxOf::All(tmax), blocked);
+    fn occluded(&mut self, batch: QueuePackets, blocked: &mut [u8]) -> bool {
+        self.occluded_of(batch.rays, batch.packets, TMaxOf::All(batch.tmax), blocked);
         true
     }
 
@@ -137,29 +108,29 @@ impl<T: Counters> QueueKernel<T> for PacketPairs<'_, T> {
     }
 }
 
-impl LimitedRays for PacketPairs<'_, PacketCount> {
-    fn closest_below(&mut self, rays: &RayQueue, tmax: &[[f32; LANES]], hits: &mut [HitPacket]) {
+/// Tracing with a limit for each ray.
+impl PacketPairs<'_, PacketCount> {
+    /// The closest hits below the limits, for all packets of a queue, with one row of `tmax` and of
+    /// `hits` each.
+    pub(crate) fn closest_below(
+        &mut self,
+        rays: &RayQueue,
+        tmax: &[[f32; LANES]],
+        hits: &mut [HitPacket],
+    ) {
         let all = BatchSlice::all(0..tmax.len());
         self.closest_of(rays, &all, TMaxOf::Each(tmax), hits);
     }
 
-    fn occluded_below(&mut self, rays: &RayQueue, tmax: &[[f32; LANES]], blocked: &mut [u8]) {
-        self.occluded_of(rays, 0..tmax.len(), TMaxOf::Each(tmax), blocked);
-    }
-
-    fn next(&mut self, rays: &RayPacket, active: Mask8, after: &HitPacket) -> HitPacket {
-        self.eight.next(rays, active, after)
-    }
-
-    fn next_hits(
+    /// Sets `blocked` to the lanes (as bits) that hit anything before their limits, for all packets
+    /// of a queue.
+    pub(crate) fn occluded_below(
         &mut self,
-        rays: &RayPacket,
-        active: Mask8,
-        after: &HitPacket,
-        most: usize,
-        hits: &RefCell<HitsByLane>,
+        rays: &RayQueue,
+        tmax: &[[f32; LANES]],
+        blocked: &mut [u8],
     ) {
-        self.eight.next_hits(rays, active, after, most, hits);
+        self.occluded_of(rays, 0..tmax.len(), TMaxOf::Each(tmax), blocked);
     }
 }
 

@@ -201,16 +201,7 @@ impl<L: Lanes> Query<L> for ClosestHit<L> {
         let id = hits.prim_id.wrapping_add(L::U32::splat(id_offset));
         let (met, t) = instance::to_world(hits.t, interval);
         let hit = met & !hits.prim_id.eq(L::U32::splat(NO_PRIM));
-        self.best.update(
-            &HitCandidate {
-                valid: hit,
-                t,
-                v: hits.v,
-                w: hits.w,
-                det: hits.det,
-            },
-            id,
-        );
+        self.best.update(&hits.candidate(hit, t), id);
         false
     }
 }

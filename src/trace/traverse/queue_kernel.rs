@@ -6,6 +6,14 @@ use crate::packet::{HitPacket, RayPacket, RayQueue};
 use crate::simd::{LANES, Lanes};
 use std::ops::Range;
 
+/// Some packets of a queue, whose rays end at `tmax`.
+#[derive(Clone)]
+pub(super) struct QueuePackets<'q, 'a> {
+    pub(super) rays: &'q RayQueue<'a>,
+    pub(super) packets: Range<usize>,
+    pub(super) tmax: f32,
+}
+
 /// A kernel that traces packets of a queue, and counts by `T`. It leaves rays that it cannot trace
 /// to the packet kernel, which can trace any.
 pub(super) trait QueueKernel<T> {
@@ -16,13 +24,7 @@ pub(super) trait QueueKernel<T> {
     /// Sets `blocked`, a byte for each packet, to the lanes (as bits) that hit anything before
     /// `tmax`; lanes without a ray are not set. Returns false, and does nothing, if the kernel
     /// cannot trace these rays.
-    fn occluded(
-        &mut self,
-        rays: &RayQueue,
-        packets: Range<usize>,
-        tmax: f32,
-        blocked: &mut [u8],
-    ) -> bool;
+    fn occluded(&mut self, batch: QueuePackets, blocked: &mut [u8]) -> bool;
 
     /// Adds all hits of a slice's rays before `tmax` to `hit_list`. Returns false, and does
     /// nothing, if the kernel cannot trace these rays.

@@ -9,8 +9,8 @@ use super::every_hit::{FoundHit, FoundHits};
 use super::kernel::Kernel;
 use super::kernel_tuner::{KernelTuner, PerClassTuner};
 use super::next_hit::HitsByLane;
-use super::packet_pairs::{LimitedRays, PacketPairs};
-use super::queue_kernel::{QueueKernel, TMaxOf};
+use super::packet_pairs::PacketPairs;
+use super::queue_kernel::{QueueKernel, QueuePackets, TMaxOf};
 use super::single_ray::SingleRays;
 use crate::bvh::Bvh;
 use crate::packet::{HitPacket, RayPacket, RayQueue};
@@ -121,7 +121,7 @@ impl<'a> Traversal<'a> {
     /// The next hits of eight rays after `after`, by (t, prim_id), before their `tmax`. Lanes that
     /// are not active are returned as a miss.
     pub fn next(&mut self, rays: &RayPacket, active: Mask8, after: &HitPacket) -> HitPacket {
-        self.packets().next(rays, active, after)
+        self.0.packets.eight.next(rays, active, after)
     }
 
     /// Adds the hits of eight rays after `after`, before their `tmax`, to their lists in no order:
@@ -135,7 +135,8 @@ impl<'a> Traversal<'a> {
         hits: &mut HitsByLane,
     ) {
         let shared = RefCell::new(std::mem::take(hits));
-        self.packets().next_hits(rays, active, after, most, &shared);
+        let packets = &mut self.0.packets.eight;
+        packets.next_hits(rays, active, after, most, &shared);
         *hits = shared.into_inner();
     }
 
@@ -152,7 +153,7 @@ impl<'a> Traversal<'a> {
     }
 
     /// The packet kernel, which alone takes a limit for each ray.
-    pub(crate) fn packets(&mut self) -> &mut dyn LimitedRays {
+    pub(crate) fn packets(&mut self) -> &mut PacketPairs<'a, PacketCount> {
         &mut self.0.packets
     }
 }
@@ -209,10 +210,9 @@ fn divergent_kernel<'a, T: Counters + Send + 'a>(
     }
 }
 
-/// A tuner for shadow rays, with initial estimates of what a scene adds to those by cost.
-fn shadow_tuner(log_ratios: [f32; SPREAD_CLASSES]) -> CostTuner<SPREAD_CLASSES> {
-    let classes = PerClassTuner::new(log_ratios, TRIAL_BEAM_PENALTY);
-    CostTuner::new(classes, BEAM_LOG_RATIO_BY_COST, false)
+/// A tuner for shadow rays, with an initial estimate of what a scene adds to those by cost.
+fn shadow_tuner(log_ratio: f32) -> CostTuner<SPREAD_CLASSES> {
+    CostTuner::new(log_ratio, TRIAL_BEAM_PENALTY, BEAM_LOG_RATIO_BY_COST, false)
 }
 
 impl<'a, T: Counters + Send + 'a> Kernels<'a, T> {
@@ -229,60 +229,49 @@ impl<'a, T: Counters + Send + 'a> Kernels<'a, T> {
             // The initial estimates, until there are measurements.
             closest_tuner: PerClassTuner::new(INITIAL_LOG_RATIO, 1.0),
             every_hit_tuner: PerClassTuner::new(INITIAL_LOG_RATIO, 1.0),
-            any_hit_tuner: CostTuner::new(
-                PerClassTuner::new([0.0], 1.0),
-                ANY_HIT_LOG_RATIO_BY_COST,
-                true,
-            ),
-            shadow_tuner: shadow_tuner([0.0; SPREAD_CLASSES]),
+            any_hit_tuner: CostTuner::new(0.0, 1.0, ANY_HIT_LOG_RATIO_BY_COST, true),
+            shadow_tuner: shadow_tuner(0.0),
             camera_tuner: KernelTuner::new(INITIAL_CAMERA_LOG_RATIO, TRIAL_BEAM_PENALTY),
             origin_spread: OriginSpread::UNKNOWN,
         }
     }
 
     /// Occlusion of one batch by the kernel that was fastest lately for rays like these.
-    fn occluded_by_fastest(
-        &mut self,
-        rays: &RayQueue,
-        batch: Range<usize>,
-        tmax: f32,
-        blocked: &mut [u8],
-    ) {
-        let first = batch.start;
+    fn occluded_by_fastest(&mut self, batch: QueuePackets, blocked: &mut [u8]) {
+        let (rays, all) = (batch.rays, &batch.packets);
+        let first = all.start;
+        let part = |slice: &BatchSlice| QueuePackets {
+            packets: slice.packets.clone(),
+            ..batch
+        };
         let places = |slice: &BatchSlice| slice.packets.start - first..slice.packets.end - first;
         // A sparser sample: most rays here are shadow rays, whose tracing takes little more than
         // the sampling.
         let stride = 4 * SAMPLE_STRIDE;
         if let Some(divergent) = &mut self.divergent
-            && coherence::divergence_class(rays, batch.clone(), stride) >= FIRST_DIVERGENT
+            && coherence::divergence_class(rays, all.clone(), stride) >= FIRST_DIVERGENT
         {
             let (packets, tuner) = (&mut self.packets, &mut self.any_hit_tuner);
-            tuner.trace(0, batch, |second, slice| {
-                let (blocked, slice) = (&mut blocked[places(slice)], slice.packets.clone());
+            tuner.trace(0, all.clone(), |second, slice| {
+                let blocked = &mut blocked[places(slice)];
                 if second {
-                    divergent.occluded(rays, slice, tmax, blocked)
+                    divergent.occluded(part(slice), blocked)
                 } else {
-                    packets.occluded(rays, slice, tmax, blocked)
+                    packets.occluded(part(slice), blocked)
                 };
             });
             return;
         }
-        if batch.len() < MIN_BEAM_PACKETS {
-            self.packets.occluded(rays, batch, tmax, blocked);
+        if all.len() < MIN_BEAM_PACKETS {
+            self.packets.occluded(batch, blocked);
             return;
         }
         // Beams need rays that lie together.
         let spread = &mut self.origin_spread;
-        let spread = spread.spread_class(rays, batch.clone(), 2 * SAMPLE_STRIDE);
+        let spread = spread.spread_class(rays, all.clone(), 2 * SAMPLE_STRIDE);
         let mut tuner = self.shadow_tuner;
-        tuner.trace(spread, batch, |beam, slice| {
-            self.occluded_by_beam(
-                beam,
-                rays,
-                slice.packets.clone(),
-                tmax,
-                &mut blocked[places(slice)],
-            );
+        tuner.trace(spread, all.clone(), |beam, slice| {
+            self.occluded_by_beam(beam, part(slice), &mut blocked[places(slice)]);
         });
         self.shadow_tuner = tuner;
     }
@@ -318,24 +307,15 @@ impl<'a, T: Counters + Send + 'a> Kernels<'a, T> {
     }
 
     /// Traces rays as a beam, if there are beams and the rays share a point, or else as packets.
-    fn occluded_by_beam(
-        &mut self,
-        beam: bool,
-        rays: &RayQueue,
-        packets: Range<usize>,
-        tmax: f32,
-        blocked: &mut [u8],
-    ) {
+    fn occluded_by_beam(&mut self, beam: bool, batch: QueuePackets, blocked: &mut [u8]) {
         if let (true, Some(beams)) = (beam, &mut self.beams)
-            && beams.occluded(rays, packets.clone(), tmax, blocked)
+            && beams.occluded(batch.clone(), blocked)
         {
             return;
         }
-        self.packets.occluded(rays, packets, tmax, blocked);
+        self.packets.occluded(batch, blocked);
     }
-}
 
-impl<'a, T: Counters + Send + 'a> Kernels<'a, T> {
     fn closest(&mut self, rays: &RayQueue, packets: Range<usize>, hits: &mut [HitPacket]) {
         if let (Kernel::Single, Some(divergent)) = (self.kernel, &mut self.divergent) {
             // As many rays at once as there are: towards the end of a batch few are left to trace
@@ -367,16 +347,21 @@ impl<'a, T: Counters + Send + 'a> Kernels<'a, T> {
     }
 
     fn occluded(&mut self, rays: &RayQueue, packets: Range<usize>, tmax: f32, blocked: &mut [u8]) {
+        let batch = |packets| QueuePackets {
+            rays,
+            packets,
+            tmax,
+        };
         if let (Kernel::Single, Some(divergent)) = (self.kernel, &mut self.divergent) {
-            divergent.occluded(rays, packets, tmax, blocked);
+            divergent.occluded(batch(packets), blocked);
             return;
         }
         for (first, blocked) in packets.step_by(SIZE).zip(blocked.chunks_mut(SIZE)) {
-            let batch = first..first + blocked.len();
+            let batch = batch(first..first + blocked.len());
             if self.kernel == Kernel::Auto {
-                self.occluded_by_fastest(rays, batch, tmax, blocked);
+                self.occluded_by_fastest(batch, blocked);
             } else {
-                self.occluded_by_beam(true, rays, batch, tmax, blocked);
+                self.occluded_by_beam(true, batch, blocked);
             }
         }
     }
@@ -451,7 +436,7 @@ mod tests {
         let leaves = |kernel| {
             let mut traversal = Kernels::<TraversalStats>::new(&bvh, kernel);
             // Beams were far faster lately.
-            traversal.shadow_tuner = shadow_tuner([4.0; SPREAD_CLASSES]);
+            traversal.shadow_tuner = shadow_tuner(4.0);
             let blocked = &mut [0; 2];
             traversal.occluded(&rays, 0..rays.packets(), 1.0, blocked);
             traversal.stats().leaf_visits

@@ -126,19 +126,16 @@ impl UpperTree {
             let node: &Node = &chunks[chunk as usize].nodes[local as usize];
             let first = self.nodes.len() as u32;
             for k in 0..2 {
-                let [lo, hi] = node.boxes[k].map(glam::Vec3::from);
                 self.nodes.push(UpperNode {
-                    bounds: Bounds::new(lo, hi),
+                    bounds: node.bounds(k),
                     parent: index,
                     content: UpperContent::Below {
                         chunk,
                         child: node.child(k),
                     },
                 });
-                largest.push(by_area((
-                    first as usize + k,
-                    &self.nodes[first as usize + k],
-                )));
+                let index = first as usize + k;
+                largest.push(by_area((index, &self.nodes[index])));
             }
             self.nodes[index as usize].content = UpperContent::Children([first, first + 1]);
         }

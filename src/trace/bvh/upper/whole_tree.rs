@@ -9,6 +9,7 @@ use phalanx_scene::huge_pages::{PartWriter, write_parts};
 use std::ops::Range;
 
 /// Nodes of a complete tree, with statistics. Its slots are those of the chunks, one after another.
+#[derive(Default)]
 pub(in crate::bvh) struct WholeTree {
     /// Nodes; the root is first.
     pub(in crate::bvh) nodes: Vec<Node>,
@@ -48,18 +49,6 @@ struct MovedFigures {
     /// Number of nodes on the longest path, by part.
     depths: Vec<usize>,
     weighted_cost: f64,
-}
-
-impl Default for WholeTree {
-    fn default() -> WholeTree {
-        WholeTree {
-            nodes: Vec::new(),
-            bounds: Bounds::EMPTY,
-            depth: 0,
-            weighted_cost: 0.0,
-            chunks: Vec::new(),
-        }
-    }
 }
 
 impl WholeTree {
@@ -212,11 +201,14 @@ impl ChunkMove {
 
     /// A leaf, or the root of a part.
     fn moved(&self, child: Child) -> Child {
-        let part = match child {
-            Child::Node(root) => self.part_of(root),
-            Child::Leaf { .. } => return Offsets::of_slots(self.slots).rebased(child),
+        let offsets = match child {
+            Child::Node(root) => self.offsets(self.part_of(root)),
+            Child::Leaf { .. } => Offsets {
+                node: 0,
+                slot: self.slots,
+            },
         };
-        self.offsets(part).rebased(child)
+        offsets.rebased(child)
     }
 
     /// Writes a chunk's nodes in their new order.

@@ -8,7 +8,6 @@
 
 use crate::bvh::{Bvh, Child, LeafKind};
 use crate::simd::{LANES, NATIVE};
-use glam::Vec3;
 use phalanx_scene::Bounds;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -110,7 +109,7 @@ impl<'a> CollapsePlan<'a> {
                 }
                 Child::Leaf { kind, first, count } => BoxContents::Leaf { kind, first, count },
             };
-            (part, bounds(&node.boxes[k]))
+            (part, node.bounds(k))
         })
     }
 
@@ -212,9 +211,4 @@ fn of_leaf(kind: LeafKind, count: u32, bounds: Bounds) -> SubtreeCost {
         count: if fits { count as u8 } else { 0 },
         kind,
     }
-}
-
-fn bounds(corners: &[[f32; 3]; 2]) -> Bounds {
-    let [lo, hi] = corners.map(Vec3::from_array);
-    Bounds::new(lo, hi)
 }

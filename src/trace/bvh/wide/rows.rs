@@ -188,12 +188,7 @@ impl WideBvh {
 
     /// Returns true if the tree contains only triangles.
     pub fn has_triangles_only(&self) -> bool {
-        self.is_all_blocks() && self.spheres.is_empty()
-    }
-
-    /// Returns true if the tree contains only triangles and spheres.
-    pub fn is_all_blocks(&self) -> bool {
-        self.others.len() <= 1
+        self.others.len() <= 1 && self.spheres.is_empty()
     }
 
     /// Number of nodes on the longest path from the root.

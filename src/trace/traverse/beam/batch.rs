@@ -3,10 +3,10 @@
 use crate::intersect::aabb::RaySlabs;
 use crate::intersect::ray_setup::RaySetup;
 use crate::intersect::shear::Shear;
-use crate::packet::{RayPacket, RayQueue};
+use crate::packet::RayPacket;
 use crate::simd::{LANES, LaneMask, Lanes};
 use crate::traverse::prefetch::prefetch;
-use std::ops::Range;
+use crate::traverse::queue_kernel::QueuePackets;
 
 /// Packets of eight in a beam. More packets share more nodes, but use more cache.
 pub(crate) const SIZE: usize = 64;
@@ -34,14 +34,8 @@ impl<L: Lanes> BeamGroup<L> {
     }
 }
 
-/// The packets of a beam, as a range of a queue.
-pub(super) struct BeamBatch<'q, 'a> {
-    pub(super) rays: &'q RayQueue<'a>,
-    pub(super) packets: Range<usize>,
-    pub(super) tmax: f32,
-}
-
-impl BeamBatch<'_, '_> {
+/// The packets of a beam.
+impl QueuePackets<'_, '_> {
     pub(super) fn groups<L: Lanes>(&self) -> usize {
         self.packets.len().div_ceil(L::PACKETS)
     }

@@ -1,7 +1,7 @@
 //! The kernel of beams: rays of a queue into sub-beams, through the tree, and back as hits.
 
 use super::apex::Apex;
-use super::batch::{BeamBatch, BeamGroup, SIZE};
+use super::batch::{BeamGroup, SIZE};
 use super::deferred::DeferredBlocks;
 use super::projection::BeamSpace;
 use super::ray_extent::{Extent, directions, directions_by};
@@ -21,8 +21,7 @@ use crate::traverse::every_hit::FoundHits;
 use crate::traverse::packet::PacketKernel;
 use crate::traverse::prefetch::PrefetchTable;
 use crate::traverse::query::{AnyHit, ClosestHit, Query};
-use crate::traverse::queue_kernel::{QueueKernel, TMaxOf};
-use std::ops::Range;
+use crate::traverse::queue_kernel::{QueueKernel, QueuePackets, TMaxOf};
 
 const _: () = assert!(SIZE <= MAX_SUB_BEAMS, "a cell for every packet, at least");
 
@@ -73,7 +72,7 @@ impl<'a, L: Lanes, T: Counters> Beams<'a, L, T> {
     /// Returns true if all rays start at the apex and none hits anything. Sky neighbours sky, so
     /// this is called if the previous beam had no hits. It costs a fifth of a beam's set-up.
     #[inline(never)]
-    fn is_clear(&mut self, space: &BeamSpace, batch: &BeamBatch) -> bool {
+    fn is_clear(&mut self, space: &BeamSpace, batch: &QueuePackets) -> bool {
         let [x, y, z] = space.center;
         let (center, mut extent) = (Vec3Lanes::splat(x, y, z), Extent::none());
         let (mut apart, mut lanes) = (L::Mask::none(), 0);
@@ -214,7 +213,7 @@ impl<L: Lanes, T: Counters> QueueKernel<T> for Beams<'_, L, T> {
     /// Traces rays that all start in one point; refuses others, and rays for which rounding leaves
     /// no useful [`BeamSpace`].
     fn closest(&mut self, rays: &RayQueue, slice: &BatchSlice, hits: &mut [HitPacket]) -> bool {
-        let batch = BeamBatch {
+        let batch = QueuePackets {
             rays,
             packets: slice.packets.clone(),
             tmax: f32::INFINITY,
@@ -258,18 +257,8 @@ impl<L: Lanes, T: Counters> QueueKernel<T> for Beams<'_, L, T> {
     }
 
     /// Traces rays that all end or all start in one point; refuses as [`QueueKernel::closest`].
-    fn occluded(
-        &mut self,
-        rays: &RayQueue,
-        packets: Range<usize>,
-        tmax: f32,
-        blocked: &mut [u8],
-    ) -> bool {
-        let batch = BeamBatch {
-            rays,
-            packets,
-            tmax,
-        };
+    fn occluded(&mut self, batch: QueuePackets, blocked: &mut [u8]) -> bool {
+        let (rays, tmax) = (batch.rays, batch.tmax);
         let mut answers = [0; SIZE];
         if let Some(apex) = Apex::ahead(rays, batch.packets.clone(), tmax) {
             let Some(space) = BeamSpace::new(&apex, batch.toward(), self.extent) else {

@@ -112,6 +112,7 @@
 
 use super::apex::{Apex, Spread};
 use crate::intersect::aabb::ENTRY_SLACK;
+use crate::intersect::shear::dominant_axis;
 use crate::intersect::triangle::prim_aabbs;
 use crate::packet::RayPacket;
 use crate::simd::{Lanes, Native, NativeMask, Vec3Lanes, Vec3Native};
@@ -246,7 +247,7 @@ impl BeamSpace {
         [reach, blur]: [f32; 2],
         [extent, scale]: [f32; 2],
     ) -> BeamSpace {
-        let axis = dominant(toward);
+        let axis = dominant_axis(&toward);
         let tiny = slack / 8.0 + f32::MIN_POSITIVE;
         BeamSpace {
             axes: [axis, (axis + 1) % 3, (axis + 2) % 3],
@@ -272,7 +273,7 @@ impl BeamSpace {
     /// A local frame for rays to a light at `way` from the centre. The light is `distance` away
     /// along the dominant axis, or infinitely far.
     fn local(rays: &Spread, way: [f32; 3], distance: Option<f32>, extent: f32) -> BeamSpace {
-        let axis = dominant(way);
+        let axis = dominant_axis(&way);
         let (p, q) = ((axis + 1) % 3, (axis + 2) % 3);
         let sign = -1f32.copysign(way[axis]);
         let scene = extent + max_abs(rays.center) + rays.around;
@@ -422,15 +423,4 @@ impl BeamSpace {
 
 fn max_abs(v: [f32; 3]) -> f32 {
     v.iter().fold(0.0, |most, x| x.abs().max(most))
-}
-
-fn dominant(v: [f32; 3]) -> usize {
-    let size = v.map(f32::abs);
-    if size[0] >= size[1] && size[0] >= size[2] {
-        0
-    } else if size[1] >= size[2] {
-        1
-    } else {
-        2
-    }
 }

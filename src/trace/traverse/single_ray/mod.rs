@@ -21,7 +21,7 @@ use super::every_hit::FoundHits;
 use super::filtered_hit::HitFilter;
 use super::packet::PacketKernel;
 use super::prefetch::PrefetchTable;
-use super::queue_kernel::{QueueKernel, TMaxOf};
+use super::queue_kernel::{QueueKernel, QueuePackets, TMaxOf};
 use super::wide_stack::{ThreadStack, WideStack};
 use crate::bvh::{Bvh, ChildRef, LeafKind, OtherLeaf, WideBvh, WideNode};
 use crate::intersect::ray_setup::RaySetup;
@@ -360,13 +360,12 @@ impl<T: Counters> QueueKernel<T> for SingleRays<'_, T> {
         true
     }
 
-    fn occluded(
-        &mut self,
-        rays: &RayQueue,
-        packets: Range<usize>,
-        tmax: f32,
-        blocked: &mut [u8],
-    ) -> bool {
+    fn occluded(&mut self, batch: QueuePackets, blocked: &mut [u8]) -> bool {
+        let QueuePackets {
+            rays,
+            packets,
+            tmax,
+        } = batch;
         blocked.fill(0);
         let start = packets.start * LANES;
         let Some(root) = self.root_of_short(rays, &packets, tmax) else {

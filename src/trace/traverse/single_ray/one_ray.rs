@@ -11,7 +11,7 @@ use super::single_query::{SingleAny, SingleClosest, SingleFiltered, SingleQuery}
 use super::{ROOT, children_met, push_children, stack_room, test_block, test_other};
 use crate::bvh::{Bvh, ChildRef, OtherLeaf, WideBvh};
 use crate::intersect::aabb::reciprocal_of_one;
-use crate::intersect::shear::{FRAMES, is_usual};
+use crate::intersect::shear::{FRAMES, dominant_axis, is_usual};
 use crate::packet::NO_PRIM;
 use crate::simd::{F32x8, NATIVE};
 use crate::traverse::HitFilter;
@@ -159,7 +159,7 @@ fn setup([org, dir]: [&[f32; 3]; 2]) -> SingleRaySetup {
     let size = org.map(f32::abs).into_iter().fold(0.0, f32::max);
     let pad = [0, 1, 2].map(|axis| f32::from_bits((size * PAD).to_bits() | down[axis] << 31));
     let near = [0, 1, 2].map(|axis| row_offset(0, axis) + down[axis] * SIDES);
-    let axes = FRAMES[major_axis(dir)];
+    let axes = FRAMES[dominant_axis(dir)];
     let along = dir[axes[2]];
     let scale = 1.0 / along;
     let [slope_x, slope_y] = [0, 1].map(|k| dir[axes[k]] * scale);
@@ -180,19 +180,6 @@ fn setup([org, dir]: [&[f32; 3]; 2]) -> SingleRaySetup {
         org: *org,
         dir: *dir,
         up: 0b1111 - (down[0] | down[1] << 1 | down[2] << 2),
-    }
-}
-
-/// The axis of a direction's largest component.
-#[inline(always)]
-fn major_axis(dir: &[f32; 3]) -> usize {
-    let [x, y, z] = dir.map(f32::abs);
-    if x >= y && x >= z {
-        0
-    } else if y >= z {
-        1
-    } else {
-        2
     }
 }
 

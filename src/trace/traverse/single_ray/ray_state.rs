@@ -93,14 +93,10 @@ impl RayState {
     /// exchanged.
     #[inline(always)]
     pub(super) fn intersect_box(&self, row: impl Fn(usize) -> Native) -> TInterval<Native> {
-        let TInterval {
-            tnear: enter,
-            tfar: leave,
-        } = self.intersect_children(row);
-        let enter = enter.max(Native::ZERO);
+        let line = self.intersect_children(row);
         TInterval {
-            tnear: enter,
-            tfar: leave,
+            tnear: line.tnear.max(Native::ZERO),
+            ..line
         }
     }
 
