@@ -184,12 +184,8 @@ impl ProgressState {
         let left = self.seconds_left.map_or(String::new(), |left| {
             format!(", {} left", HumanDuration(Duration::from_secs_f64(left)))
         });
-        let ProgressState {
-            fraction,
-            mrays_per_s,
-            ..
-        } = self;
-        format!("{:.1} %, {mrays_per_s:.2} Mrays/s{left}", 100.0 * fraction)
+        let (percent, speed) = (100.0 * self.fraction, self.mrays_per_s);
+        format!("{percent:.1} %, {speed:.2} Mrays/s{left}")
     }
 }
 
