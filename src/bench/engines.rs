@@ -68,24 +68,22 @@ impl<'a> OneRayEngine<'a> {
 
 impl BenchEngine for OneRayEngine<'_> {
     fn thread(&self) -> Box<dyn BenchEngineThread + '_> {
-        Box::new(OneRayEngineThread(self))
+        Box::new(self)
     }
 }
 
-struct OneRayEngineThread<'a>(&'a OneRayEngine<'a>);
-
-impl BenchEngineThread for OneRayEngineThread<'_> {
+impl BenchEngineThread for &OneRayEngine<'_> {
     fn closest(&mut self, packets: Range<usize>, hits: &mut [HitPacket]) {
-        let OneRayEngine { bvh, rays } = self.0;
-        closest_each(packets, rays.len(), hits, |ray| {
-            let hit = bvh.intersect(&rays[ray])?;
+        closest_each(packets, self.rays.len(), hits, |ray| {
+            let hit = self.bvh.intersect(&self.rays[ray])?;
             Some(([hit.t, hit.u, hit.v], hit.prim_id))
         });
     }
 
     fn occluded(&mut self, packets: Range<usize>, blocked: &mut [u8]) {
-        let OneRayEngine { bvh, rays } = self.0;
-        occluded_each(packets, rays.len(), blocked, |ray| bvh.occluded(&rays[ray]));
+        occluded_each(packets, self.rays.len(), blocked, |ray| {
+            self.bvh.occluded(&self.rays[ray])
+        });
     }
 }
 
