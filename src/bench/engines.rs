@@ -1,11 +1,11 @@
 //! Our own kernels and the oracle as benchmark engines.
 
-use crate::peers::{BenchEngine, BenchEngineThread, RaySetRef};
+use crate::peers::{BenchEngine, BenchEngineThread, RaySetRef, closest_each, occluded_each};
 use phalanx_oracle::{Oracle, OracleRay, OracleSearch, TwoLevelBvh};
 use phalanx_scene::Scene;
 use phalanx_trace::bvh::Bvh;
-use phalanx_trace::packet::{HitPacket, NO_PRIM};
-use phalanx_trace::simd::{F32x8, LANES, U32x8};
+use phalanx_trace::packet::HitPacket;
+use phalanx_trace::simd::LANES;
 use phalanx_trace::{Kernel, Ray, Traversal};
 use std::ops::Range;
 
@@ -68,24 +68,22 @@ impl<'a> OneRayEngine<'a> {
 
 impl BenchEngine for OneRayEngine<'_> {
     fn thread(&self) -> Box<dyn BenchEngineThread + '_> {
-        Box::new(OneRayEngineThread(self))
+        Box::new(self)
     }
 }
 
-struct OneRayEngineThread<'a>(&'a OneRayEngine<'a>);
-
-impl BenchEngineThread for OneRayEngineThread<'_> {
+impl BenchEngineThread for &OneRayEngine<'_> {
     fn closest(&mut self, packets: Range<usize>, hits: &mut [HitPacket]) {
-        let OneRayEngine { bvh, rays } = self.0;
-        closest_each(packets, rays.len(), hits, |ray| {
-            let hit = bvh.intersect(&rays[ray])?;
+        closest_each(packets, self.rays.len(), hits, |ray| {
+            let hit = self.bvh.intersect(&self.rays[ray])?;
             Some(([hit.t, hit.u, hit.v], hit.prim_id))
         });
     }
 
     fn occluded(&mut self, packets: Range<usize>, blocked: &mut [u8]) {
-        let OneRayEngine { bvh, rays } = self.0;
-        occluded_each(packets, rays.len(), blocked, |ray| bvh.occluded(&rays[ray]));
+        occluded_each(packets, self.rays.len(), blocked, |ray| {
+            self.bvh.occluded(&self.rays[ray])
+        });
     }
 }
 
@@ -131,50 +129,6 @@ impl BenchEngineThread for OracleEngineThread<'_> {
     fn occluded(&mut self, packets: Range<usize>, blocked: &mut [u8]) {
         occluded_each(packets, self.rays.queue.len(), blocked, |ray| {
             self.oracle.occluded(&self.ray(ray), self.rays.tmax)
-        });
-    }
-}
-
-/// Closest hits of some packets of `rays` rays, ray by ray: t, u and v, and the number of the
-/// primitive.
-#[inline(always)]
-fn closest_each(
-    packets: Range<usize>,
-    rays: usize,
-    hits: &mut [HitPacket],
-    mut closest: impl FnMut(usize) -> Option<([f32; 3], u32)>,
-) {
-    for (packet, out) in packets.zip(hits) {
-        let (mut t, mut u, mut v) = ([f32::INFINITY; LANES], [0.0; LANES], [0.0; LANES]);
-        let mut prim_id = [NO_PRIM; LANES];
-        let first = packet * LANES;
-        for lane in 0..LANES.min(rays - first) {
-            if let Some((hit, id)) = closest(first + lane) {
-                ([t[lane], u[lane], v[lane]], prim_id[lane]) = (hit, id);
-            }
-        }
-        *out = HitPacket {
-            t: F32x8::new(t),
-            u: F32x8::new(u),
-            v: F32x8::new(v),
-            prim_id: U32x8::new(prim_id),
-        };
-    }
-}
-
-/// Occluded rays of some packets of `rays` rays, ray by ray.
-#[inline(always)]
-fn occluded_each(
-    packets: Range<usize>,
-    rays: usize,
-    blocked: &mut [u8],
-    mut occluded: impl FnMut(usize) -> bool,
-) {
-    for (packet, out) in packets.zip(blocked) {
-        let first = packet * LANES;
-        let lanes = 0..LANES.min(rays - first);
-        *out = lanes.fold(0, |bits, lane| {
-            bits | u8::from(occluded(first + lane)) << lane
         });
     }
 }

@@ -5,11 +5,10 @@ use super::plan::BenchPlan;
 use crate::peers::{BenchEngine, BenchEngineThread};
 use phalanx_render::Cores;
 use phalanx_report::QueryKind;
-use phalanx_trace::packet::HitPacket;
 use std::hint::black_box;
 use std::ops::Range;
+use std::sync::Barrier;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
-use std::sync::{Barrier, Mutex};
 use std::time::Instant;
 
 /// Packets that a thread takes at once: 1024 rays, as in a tile.
@@ -221,40 +220,29 @@ pub fn answer(
     chunks: &Chunks,
     threads: usize,
 ) -> Answer {
-    let mut answer = Answer::with_capacity(query, chunks.packets);
-    let slices: Vec<AnswerSlice> = match &mut answer {
-        Answer::Closest(hits) => hits
-            .chunks_mut(chunks.size)
-            .map(AnswerSlice::Closest)
-            .collect(),
-        Answer::Occluded(blocked) => blocked
-            .chunks_mut(chunks.size)
-            .map(AnswerSlice::Occluded)
-            .collect(),
-    };
-    let slices = Mutex::new(slices.into_iter().step_by(chunks.stride).enumerate());
-    on_threads(threads, |_| {
+    let parts = on_threads(threads, |worker| {
         let mut engine_thread = engine.thread();
-        while let Some((k, slice)) = take(&slices) {
+        let trace = |k: usize| {
             let packets = chunks.range(k);
-            match slice {
-                AnswerSlice::Closest(hits) => engine_thread.closest(packets, hits),
-                AnswerSlice::Occluded(blocked) => engine_thread.occluded(packets, blocked),
-            }
-        }
+            let mut part = Answer::with_capacity(query, packets.len());
+            trace_packets(&mut *engine_thread, packets.clone(), &mut part);
+            (packets, part)
+        };
+        let share = (worker..chunks.count()).step_by(threads);
+        share.map(trace).collect::<Vec<_>>()
     });
-    drop(slices);
+    let mut answer = Answer::with_capacity(query, chunks.packets);
+    for (packets, part) in parts.into_iter().flatten() {
+        match (&mut answer, part) {
+            (Answer::Closest(all), Answer::Closest(hits)) => all[packets].copy_from_slice(&hits),
+            (Answer::Occluded(all), Answer::Occluded(blocked)) => {
+                all[packets].copy_from_slice(&blocked);
+            }
+            // Not possible: the query is the same.
+            _ => {}
+        }
+    }
     answer
-}
-
-enum AnswerSlice<'a> {
-    Closest(&'a mut [HitPacket]),
-    Occluded(&'a mut [u8]),
-}
-
-fn take<T>(slices: &Mutex<impl Iterator<Item = T>>) -> Option<T> {
-    let mut slices = slices.lock().unwrap_or_else(|broken| broken.into_inner());
-    slices.next()
 }
 
 #[cfg(test)]

@@ -115,7 +115,7 @@ pub fn render_bands(
             is_wanted,
         ))
     })?;
-    if let Some(error) = open.take_error() {
+    if let Some(error) = open.stored.take_error() {
         return Err(error.into());
     }
     if !is_wanted {

@@ -1,62 +1,15 @@
-//! The camera's view of a frame, as plans and keys store it.
+//! Check of the view of a frame, which plans and keys store.
 
 use super::field_error::FieldError;
 use phalanx_scene::View;
-use serde::{Deserialize, Serialize};
 
-/// A [`View`] with named fields, in the scene's coordinates. JSON gives its numbers back to the
-/// bit.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct FrameView {
-    /// Eye position.
-    pub eye: [f32; 3],
-    /// The point looked at.
-    pub center: [f32; 3],
-    /// Up vector.
-    pub up: [f32; 3],
-    /// Vertical field of view in degrees.
-    pub fovy: f32,
-    /// Visible height of an orthographic view; `None` for a perspective view.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub ortho: Option<f32>,
-}
-
-impl FrameView {
-    /// Checks that a view has axes: it may come from a file of anybody, where `field` holds it.
-    ///
-    /// # Errors
-    /// The reason why it has none.
-    pub(crate) fn check(&self, field: &str) -> Result<(), FieldError> {
-        let basis = View::from(*self).basis().map(drop);
-        basis.map_err(|error| {
-            FieldError::new(field, format!("none ({error})"), "a view that has axes")
-        })
-    }
-}
-
-impl From<View> for FrameView {
-    fn from(view: View) -> FrameView {
-        FrameView {
-            eye: view.eye.to_array(),
-            center: view.center.to_array(),
-            up: view.up.to_array(),
-            fovy: view.fovy,
-            ortho: view.ortho,
-        }
-    }
-}
-
-impl From<FrameView> for View {
-    fn from(view: FrameView) -> View {
-        View {
-            eye: view.eye.into(),
-            center: view.center.into(),
-            up: view.up.into(),
-            fovy: view.fovy,
-            ortho: view.ortho,
-        }
-    }
+/// Checks that a view has axes: it may come from a file of anybody, where `field` holds it.
+///
+/// # Errors
+/// The reason why it has none.
+pub(crate) fn check_view(view: &View, field: &str) -> Result<(), FieldError> {
+    let basis = view.basis().map(drop);
+    basis.map_err(|error| FieldError::new(field, format!("none ({error})"), "a view that has axes"))
 }
 
 #[cfg(test)]
@@ -80,18 +33,17 @@ mod tests {
                 ..view
             },
         ] {
-            let frame_view = FrameView::from(view);
-            let text = serde_json::to_string(&frame_view).unwrap();
-            let again: FrameView = serde_json::from_str(&text).unwrap();
-            let bits = |v: [f32; 3]| v.map(f32::to_bits);
-            assert_eq!(bits(again.eye), bits(frame_view.eye), "{text}");
-            assert_eq!(View::from(again), view, "{text}");
-            assert!(again.check("view").is_ok());
+            let text = serde_json::to_string(&view).unwrap();
+            let again: View = serde_json::from_str(&text).unwrap();
+            let bits = |v: Vec3| v.to_array().map(f32::to_bits);
+            assert_eq!(bits(again.eye), bits(view.eye), "{text}");
+            assert_eq!(again, view, "{text}");
+            assert!(check_view(&again, "view").is_ok());
         }
-        let bad = FrameView {
-            center: view.eye.to_array(),
-            ..view.into()
+        let bad = View {
+            center: view.eye,
+            ..view
         };
-        assert!(bad.check("view").is_err());
+        assert!(check_view(&bad, "view").is_err());
     }
 }

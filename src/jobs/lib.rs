@@ -20,7 +20,7 @@
 //! | `sequence_plan` | the frames of a plan, and the camera's path |
 //! | `planned_frames` | their views, keys, shards and files |
 //! | `finished_frames` | the list of a shard's finished frames |
-//! | `frame_view`, `frame_name` | a view as text, names of the files |
+//! | `frame_view`, `frame_name` | the check of a view, names of the files |
 //! | `kept_file` | files that one process at a time adds to, and their errors |
 //! | `kept_header` | whose work such a file holds |
 //! | `output_path` | the paths that a plan's picture may have |
@@ -64,16 +64,13 @@ pub use bands::{BandStats, BandsError, bands, merge_bands, render_bands, render_
 pub use field_error::FieldError;
 pub use finished_frames::{FinishedFrames, FrameIdentity, FrameState};
 pub use frame_name::frame_name;
-pub use frame_view::FrameView;
 pub use kept_file::KeptFileError;
 pub use open_bands::open_bands;
 pub use output_path::kept_output;
 pub use plan::{MAX_SHARDS, PlanError, PlannedWork, RenderPlan};
 pub use planned_frames::PlannedFrames;
 pub use render_key::{KeyDifference, RenderKey, SceneStamp};
-pub use sequence_plan::{
-    MAX_FRAME, MAX_KEYFRAMES, PlannedCamera, PlannedKey, SequencePlan, ShardBy,
-};
+pub use sequence_plan::{MAX_FRAME, MAX_KEYFRAMES, PlannedCamera, SequencePlan, ShardBy};
 pub use spec::{EncodingSpec, PictureSpec, PixelSpec, SceneOverrides, ToneSpec};
 pub use stored_tiles::TileOutputs;
 pub use thumbnail::Thumbnail;

@@ -1,7 +1,6 @@
 //! Bands of a picture, filled by workers at the same time, and taken from the top as soon as they
 //! are complete, while workers continue below.
 
-use super::kept_file::KeptFileError;
 use super::stored_tiles::StoredTiles;
 use phalanx_render::frame::{Aovs, Settings, Tile};
 use phalanx_scene::film::{Film, TileBuffer, TileSink};
@@ -28,7 +27,8 @@ pub(super) struct OpenBands<'a> {
     /// Tiles that were finished before, in the order of the bands.
     finished: &'a [Vec<Tile>],
     record_hits: bool,
-    stored: StoredTiles<'a>,
+    /// Finished tiles, and the reason why one could not be stored or read.
+    pub(super) stored: StoredTiles<'a>,
     state: Mutex<OpenState>,
     changed: Condvar,
 }
@@ -124,11 +124,6 @@ impl<'a> OpenBands<'a> {
     pub(super) fn close(&self) {
         self.lock().closed = true;
         self.changed.notify_all();
-    }
-
-    /// The reason why a tile could not be stored or read, if there is one.
-    pub(super) fn take_error(&self) -> Option<KeptFileError> {
-        self.stored.take_error()
     }
 
     /// Returns true if every band has been taken.

@@ -167,14 +167,6 @@ impl RenderPlan {
         }
     }
 
-    /// The plan for a sequence of such pictures.
-    pub fn with_sequence(self, sequence: SequencePlan) -> RenderPlan {
-        RenderPlan {
-            sequence: Some(sequence),
-            ..self
-        }
-    }
-
     /// The key of the picture; of a sequence, the key that frames add their views to.
     pub fn key(&self) -> RenderKey {
         RenderKey {
@@ -212,13 +204,10 @@ impl RenderPlan {
         }
         let version: Version =
             serde_json::from_slice(&bytes).map_err(|error| malformed(&error.to_string()))?;
-        let number = version.schema_version;
-        if number != u64::from(SCHEMA_VERSION) {
+        let found = version.schema_version;
+        if found != u64::from(SCHEMA_VERSION) {
             let path = path.into();
-            return Err(PlanError::Version {
-                path,
-                found: number,
-            });
+            return Err(PlanError::Version { path, found });
         }
         let mut json = serde_json::Deserializer::from_slice(&bytes);
         // With the name of the field.

@@ -2,7 +2,6 @@
 
 use super::finished_frames::FrameIdentity;
 use super::frame_name::{frame_digits, frame_name};
-use super::frame_view::FrameView;
 use super::plan::{PlanError, RenderPlan};
 use super::render_key::RenderKey;
 use super::sequence_plan::{PlannedCamera, SequencePlan, ShardBy};
@@ -61,7 +60,7 @@ impl<'a> PlannedFrames<'a> {
         let (Some(path), Some(sequence)) = (&self.path, self.sequence) else {
             return Ok(None);
         };
-        let view = path.view(frame, &sequence.view.into());
+        let view = path.view(frame, &sequence.view);
         match view.basis() {
             Ok(_) => Ok(Some(view)),
             Err(error) => Err(PlanError::Frame { frame, error }),
@@ -74,7 +73,7 @@ impl<'a> PlannedFrames<'a> {
     /// [`PlanError::Frame`].
     pub fn key(&self, frame: u32) -> Result<RenderKey, PlanError> {
         Ok(RenderKey {
-            view: self.view(frame)?.map(FrameView::from),
+            view: self.view(frame)?,
             ..self.plan.key()
         })
     }

@@ -65,14 +65,19 @@ impl Recovery {
         length: u64,
         key: &RenderKey,
     ) -> io::Result<()> {
-        let properties = RecordProperties::of(key);
+        let (identity, planes) = (key.checksum(), tile_record::planes(key));
+        let window = key.pixels.window();
+        let is_ours = |head: &RecordHeader| {
+            let is_inside = head.tile.within(window) == head.tile;
+            head.identity == identity && head.planes == planes && is_inside
+        };
         let mut left = length.saturating_mul(MAX_SEARCHED_PER_BYTE);
         let mut bytes = Vec::new();
         while offset + HEADER_BYTES as u64 <= length {
             places.seek_forward(offset)?;
             bytes.resize(HEADER_BYTES, 0);
             places.read_exact(&mut bytes)?;
-            let head = RecordHeader::read(&bytes).filter(|head| properties.holds(head));
+            let head = RecordHeader::read(&bytes).filter(is_ours);
             // A tile that was cut off may have other records after it.
             let record =
                 head.map(|head| (head, offset + (HEADER_BYTES + head.content_bytes()) as u64));
@@ -102,29 +107,6 @@ impl Recovery {
             };
         }
         Ok(())
-    }
-}
-
-/// Properties that every record of a picture's file shares.
-struct RecordProperties {
-    identity: u32,
-    window: Tile,
-    planes: u32,
-}
-
-impl RecordProperties {
-    fn of(key: &RenderKey) -> RecordProperties {
-        RecordProperties {
-            identity: key.checksum(),
-            window: key.pixels.window(),
-            planes: tile_record::planes(key),
-        }
-    }
-
-    fn holds(&self, head: &RecordHeader) -> bool {
-        head.identity == self.identity
-            && head.planes == self.planes
-            && head.tile.within(self.window) == head.tile
     }
 }
 

@@ -2,8 +2,9 @@
 //! share their tiles.
 
 use crate::field_error::FieldError;
-use crate::frame_view::FrameView;
+use crate::frame_view::check_view;
 use crate::spec::PixelSpec;
+use glam::Vec3;
 use phalanx_files::quoted_text;
 use phalanx_io::cache::fingerprint;
 use phalanx_render::frame::Settings;
@@ -35,7 +36,7 @@ pub struct RenderKey {
     /// The view of a frame of a plan's sequence; `None` for the scene's own, which its fingerprint
     /// covers.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub view: Option<FrameView>,
+    pub view: Option<View>,
 }
 
 /// A difference between the picture of a file and the requested one.
@@ -103,7 +104,7 @@ impl RenderKey {
     /// The key of the same picture from another view.
     pub fn with_view(&self, view: View) -> RenderKey {
         RenderKey {
-            view: Some(view.into()),
+            view: Some(view),
             ..self.clone()
         }
     }
@@ -116,7 +117,7 @@ impl RenderKey {
     pub fn check(&self) -> Result<(), FieldError> {
         self.stamp.check()?;
         self.pixels.check()?;
-        self.view.map_or(Ok(()), |view| view.check("view"))
+        self.view.map_or(Ok(()), |view| check_view(&view, "view"))
     }
 
     /// Checksum of the whole key, which is stored beside every tile.
@@ -155,8 +156,8 @@ impl RenderKey {
 
 /// A view in the words of `--camera`, in the scene's coordinates. Different views have different
 /// words.
-fn describe_view(view: FrameView) -> String {
-    let triple = |v: [f32; 3]| v.map(|x| format!("{x:?}")).join(",");
+fn describe_view(view: View) -> String {
+    let triple = |v: Vec3| v.to_array().map(|x| format!("{x:?}")).join(",");
     let [eye, center, up] = [view.eye, view.center, view.up].map(triple);
     let fovy = view.fovy;
     let ortho = view
@@ -169,7 +170,6 @@ fn describe_view(view: FrameView) -> String {
 mod tests {
     use super::*;
     use crate::spec::AsText;
-    use glam::Vec3;
     use phalanx_render::frame::{Adaptive, Aovs, Engine, Integrator, Kernel, Lens, Sampling, Tile};
 
     fn differing(here: &RenderKey, there: &RenderKey) -> Vec<String> {
@@ -336,7 +336,7 @@ mod tests {
             eye: scene.view.center,
             ..scene.view
         };
-        refused("view", &|i| i.view = Some(nowhere.into()));
+        refused("view", &|i| i.view = Some(nowhere));
         for text in ["", "1.0\n", "\x1b[2J", &"1".repeat(65)] {
             refused("stamp.version", &|i| i.stamp.version = text.to_owned());
             refused("stamp.scene", &|i| i.stamp.scene = text.to_owned());

@@ -1,8 +1,8 @@
 //! The frames of a plan, and the camera's path through them.
 
 use super::field_error::FieldError;
-use super::frame_view::FrameView;
-use phalanx_scene::{CameraKey, CameraPath};
+use super::frame_view::check_view;
+use phalanx_scene::{CameraKey, CameraPath, View};
 use serde::{Deserialize, Serialize};
 
 /// Maximum number of a frame.
@@ -21,7 +21,7 @@ pub struct SequencePlan {
     /// Meaning of a shard.
     pub shard_by: ShardBy,
     /// The scene's own view, which a turntable begins with.
-    pub view: FrameView,
+    pub view: View,
     /// The camera's path.
     pub camera: PlannedCamera,
 }
@@ -44,14 +44,6 @@ impl ShardBy {
     /// Names and values of both.
     pub const ALL: [(&'static str, ShardBy); 2] =
         [("frame", ShardBy::Frame), ("tile", ShardBy::Tile)];
-
-    /// Name of the value.
-    pub fn name(self) -> &'static str {
-        match self {
-            ShardBy::Frame => "frame",
-            ShardBy::Tile => "tile",
-        }
-    }
 }
 
 /// A path of the camera, as plans store it.
@@ -68,47 +60,27 @@ pub enum PlannedCamera {
         /// Absolute path of the file that they were read from.
         file: String,
         /// The views, in the order of their frames.
-        keys: Vec<PlannedKey>,
+        keys: Vec<CameraKey>,
     },
-}
-
-/// A view at a frame, as plans store it.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct PlannedKey {
-    /// Frame number.
-    pub frame: u32,
-    /// View at that frame.
-    pub view: FrameView,
 }
 
 impl PlannedCamera {
     /// A path, of which key frames were read from `file`.
     pub fn new(path: &CameraPath, file: String) -> PlannedCamera {
-        let planned_key = |key: &CameraKey| PlannedKey {
-            frame: key.frame,
-            view: key.view.into(),
-        };
         match path {
             CameraPath::Turntable { frames } => PlannedCamera::Turntable { frames: *frames },
             CameraPath::Keys(keys) => PlannedCamera::Keyframes {
                 file,
-                keys: keys.iter().map(planned_key).collect(),
+                keys: keys.clone(),
             },
         }
     }
 
     /// The path.
     pub fn path(&self) -> CameraPath {
-        let key = |key: &PlannedKey| CameraKey {
-            frame: key.frame,
-            view: key.view.into(),
-        };
         match self {
             PlannedCamera::Turntable { frames } => CameraPath::Turntable { frames: *frames },
-            PlannedCamera::Keyframes { keys, .. } => {
-                CameraPath::Keys(keys.iter().map(key).collect())
-            }
+            PlannedCamera::Keyframes { keys, .. } => CameraPath::Keys(keys.clone()),
         }
     }
 }
@@ -152,7 +124,7 @@ impl SequencePlan {
             let expected = format!("no more than {MAX_FRAME} files of tiles in all");
             return wrong("shards", value, expected);
         }
-        self.view.check("sequence.view")?;
+        check_view(&self.view, "sequence.view")?;
         let keys = match &self.camera {
             PlannedCamera::Turntable { frames: 0 } => {
                 let expected = "a number of frames above 0".to_owned();
@@ -168,6 +140,6 @@ impl SequencePlan {
             return wrong("sequence.camera.keyframes", value, expected);
         }
         let mut keys = keys.iter();
-        keys.try_for_each(|key| key.view.check("sequence.camera.keyframes"))
+        keys.try_for_each(|key| check_view(&key.view, "sequence.camera.keyframes"))
     }
 }

@@ -77,6 +77,14 @@ pub struct Machine {
     pub kernel: Option<String>,
 }
 
+impl Machine {
+    /// The hypervisor's name, or `none` on bare metal; `None` if that is unknown.
+    pub(super) fn hypervisor_words(&self) -> Option<&str> {
+        let name = self.hypervisor.as_deref()?;
+        Some(if name.is_empty() { "none" } else { name })
+    }
+}
+
 /// A cache of the CPU.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Cache {
@@ -183,11 +191,7 @@ pub struct RaySetRecord {
 
 impl std::fmt::Display for RaySetRecord {
     fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        let RaySetRecord {
-            rays,
-            hits,
-            checksum,
-        } = self;
+        let (hits, rays, checksum) = (self.hits, self.rays, &self.checksum);
         write!(f, "{hits} hits of {rays} rays (checksum {checksum})")
     }
 }

@@ -23,6 +23,11 @@ pub enum CameraPath {
 
 /// A view at a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct CameraKey {
     /// Frame number.
     pub frame: u32,

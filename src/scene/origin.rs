@@ -9,6 +9,7 @@ use glam::{DVec3, Vec3};
 
 /// View in the coordinates of a file, before an origin is subtracted from its positions.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FileView {
     /// Eye position.
     pub eye: DVec3,

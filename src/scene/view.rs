@@ -3,8 +3,13 @@
 
 use glam::{DVec3, Vec3};
 
-/// The camera's view.
+/// The camera's view. JSON gives its numbers back to the bit.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct View {
     /// Eye position.
     pub eye: Vec3,
@@ -16,6 +21,10 @@ pub struct View {
     pub fovy: f32,
     /// Visible height of an orthographic view, in units of the scene, whose rays are parallel;
     /// `None` for a perspective view. An orthographic view's `fovy` is not used.
+    #[cfg_attr(
+        feature = "serde",
+        serde(default, skip_serializing_if = "Option::is_none")
+    )]
     pub ortho: Option<f32>,
 }
 

@@ -83,7 +83,7 @@ impl ViewedScene {
         let KeepRequest { shot, samples, .. } = request;
         let samples = if shot.mode.is_refined() { *samples } else { 1 };
         let mut spec = self.picture(shot, samples);
-        let Some((_, layer)) = shot.mode.layer() else {
+        let Some(layer) = shot.mode.layer() else {
             return (spec, ImageFormat::Png);
         };
         spec.pixels.aov = vec![AsText(Aovs::default().with(layer))];

@@ -23,17 +23,16 @@ pub(super) struct ShownPicture {
 }
 
 impl ViewMode {
-    /// The layer that a mode shows, with its name; none for radiance and costs.
-    pub(super) fn layer(self) -> Option<(&'static str, Aov)> {
-        let aov = match self {
-            ViewMode::Shaded | ViewMode::Ao | ViewMode::Cost => return None,
-            ViewMode::Normals => Aov::Ns,
-            ViewMode::Depth => Aov::Depth,
-            ViewMode::Albedo => Aov::Albedo,
-            ViewMode::PrimIds => Aov::Primitive,
-            ViewMode::MaterialIds => Aov::Material,
-        };
-        Aov::ALL.into_iter().find(|(_, known)| *known == aov)
+    /// The layer that a mode shows; none for radiance and costs.
+    pub(super) fn layer(self) -> Option<Aov> {
+        match self {
+            ViewMode::Shaded | ViewMode::Ao | ViewMode::Cost => None,
+            ViewMode::Normals => Some(Aov::Ns),
+            ViewMode::Depth => Some(Aov::Depth),
+            ViewMode::Albedo => Some(Aov::Albedo),
+            ViewMode::PrimIds => Some(Aov::Primitive),
+            ViewMode::MaterialIds => Some(Aov::Material),
+        }
     }
 
     /// Returns true if more samples make the picture better.
@@ -61,14 +60,14 @@ impl ViewedScene {
                 (rgb, Some(scale))
             }
             layer => {
-                let settings = with_layer(settings, layer.map(|(_, aov)| aov));
+                let settings = with_layer(settings, layer);
                 let tree = AccelRef::Packets(&self.bvh);
                 let frame = render_with(&self.scene, tree, &settings, control)?;
                 info.rays = Value::from_iter(frame.stats.rays.by_kind());
                 let times = (start.elapsed(), frame.tracing);
                 info.set_times(times, settings.threads);
                 match layer {
-                    Some((_, aov)) => self.colors(aov, &frame.film),
+                    Some(aov) => self.colors(aov, &frame.film),
                     None => (self.radiance(&frame.film).rgb, None),
                 }
             }

@@ -1,6 +1,5 @@
 //! Requests and answers as JSON. Positions are in the file's coordinates, in units of the file.
 
-use glam::DVec3;
 use phalanx::frame::MAX_SPP;
 use phalanx::scene::FileView;
 use serde::{Deserialize, Serialize};
@@ -12,45 +11,19 @@ pub const MAX_PIXELS: u64 = 1 << 22;
 /// Longest side of a picture.
 const MAX_SIDE: u32 = 1 << 14;
 
-/// A view, as the page knows it.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct PageView {
-    eye: [f64; 3],
-    center: [f64; 3],
-    up: [f32; 3],
-    fovy: f32,
-    ortho: Option<f64>,
-}
-
-impl From<FileView> for PageView {
-    fn from(view: FileView) -> PageView {
-        // The shortest decimals of what was in single precision.
-        let short = |c: f64| {
-            if f64::from(c as f32) == c {
-                (c as f32).to_string().parse().unwrap_or(c)
-            } else {
-                c
-            }
-        };
-        PageView {
-            eye: view.eye.to_array().map(short),
-            center: view.center.to_array().map(short),
-            up: view.up.to_array(),
-            fovy: view.fovy,
-            ortho: view.ortho,
+/// The view with the shortest decimals of what was in single precision.
+pub(super) fn shortened(view: FileView) -> FileView {
+    let short = |c: f64| {
+        if f64::from(c as f32) == c {
+            (c as f32).to_string().parse().unwrap_or(c)
+        } else {
+            c
         }
-    }
-}
-
-impl From<PageView> for FileView {
-    fn from(view: PageView) -> FileView {
-        FileView {
-            eye: DVec3::from_array(view.eye),
-            center: DVec3::from_array(view.center),
-            up: view.up.into(),
-            fovy: view.fovy,
-            ortho: view.ortho,
-        }
+    };
+    FileView {
+        eye: view.eye.map(short),
+        center: view.center.map(short),
+        ..view
     }
 }
 
@@ -73,7 +46,7 @@ pub(super) enum ViewMode {
 /// A picture, except for its samples.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 pub(super) struct Shot {
-    pub(super) view: PageView,
+    pub(super) view: FileView,
     pub(super) size: (u32, u32),
     #[serde(default = "shaded")]
     pub(super) mode: ViewMode,
@@ -163,7 +136,7 @@ impl Shot {
         if !(1..=MAX_SPP).contains(&samples) {
             return Err(format!("a picture has 1 to {MAX_SPP} samples a pixel"));
         }
-        let view = FileView::from(self.view);
-        view.check().map_err(|error| error.to_string())
+        let checked = self.view.check();
+        checked.map_err(|error| error.to_string())
     }
 }

@@ -1,6 +1,6 @@
 //! The scene that is viewed, its tree, and the options of its pictures.
 
-use super::protocol::{PageView, Shot, ViewMode};
+use super::protocol::{Shot, ViewMode, shortened};
 use glam::DVec3;
 use phalanx::Bvh;
 use phalanx::formats::DefaultLights;
@@ -50,7 +50,7 @@ pub struct ViewedScene {
     pub(super) facts: ViewedFacts,
     lights: Option<DefaultLights>,
     /// The scene's own view, and its number among the cameras of the file.
-    view: PageView,
+    view: FileView,
     camera: Option<usize>,
 }
 
@@ -65,7 +65,7 @@ impl ViewedScene {
     ) -> ViewedScene {
         let lights = DefaultLights::of(&scene, settings.threads);
         ViewedScene {
-            view: scene.file_view(&scene.view).into(),
+            view: shortened(scene.file_view(&scene.view)),
             camera: scene.used_camera(),
             scene,
             bvh,
@@ -78,9 +78,9 @@ impl ViewedScene {
     }
 
     /// Moves the camera, and the lights that follow it.
-    pub(super) fn look(&mut self, view: &PageView) -> Result<(), String> {
+    pub(super) fn look(&mut self, view: &FileView) -> Result<(), String> {
         let scene = &mut self.scene;
-        scene.view = scene.view_of(&FileView::from(*view));
+        scene.view = scene.view_of(view);
         scene.defaulted.view = false;
         if let Some(lights) = &self.lights {
             lights.place(scene);
@@ -107,8 +107,8 @@ impl ViewedScene {
 
     /// The description of a picture with this many samples.
     pub(super) fn picture(&self, shot: &Shot, samples: u32) -> PictureSpec {
-        let (mut spec, view) = (self.spec.clone(), FileView::from(shot.view));
-        spec.overrides = spec.overrides.with_view(&self.scene, &view);
+        let mut spec = self.spec.clone();
+        spec.overrides = spec.overrides.with_view(&self.scene, &shot.view);
         (spec.pixels.size, spec.pixels.spp) = (Some(shot.size), Some(samples));
         if shot.mode == ViewMode::Ao {
             spec.pixels.integrator = Some(IntegratorName::Ao);
@@ -120,7 +120,7 @@ impl ViewedScene {
     /// side there.
     fn up(&self) -> DVec3 {
         let axis = self.scene.defaulted.up.frame()[1];
-        let own = FileView::from(self.view).up.as_dvec3().normalize_or(axis);
+        let own = self.view.up.as_dvec3().normalize_or(axis);
         if own.dot(axis) > LYING {
             axis
         } else {
@@ -131,7 +131,7 @@ impl ViewedScene {
 
     /// The reason why nothing can be seen, if the scene is a point.
     pub fn warning(&self) -> Option<String> {
-        let wrong = FileView::from(self.view).check().err();
+        let wrong = self.view.check().err();
         wrong.map(|wrong| format!("nothing can be seen: {wrong} (see --camera)"))
     }
 
@@ -141,7 +141,7 @@ impl ViewedScene {
         let bounds = scene.bounds();
         let corner = |point| scene.file_position(point).to_array();
         let cameras = scene.cameras.iter().map(|camera| {
-            let view = PageView::from(scene.file_view(&camera.view));
+            let view = shortened(scene.file_view(&camera.view));
             json!({ "name": scene.names.get(camera.name), "view": view })
         });
         let name = Path::new(&self.spec.scene);

@@ -3,7 +3,8 @@
 //! A [`BenchEngine`] is one way to trace one set of rays: a tree, a kernel or mode, and the rays in
 //! its own layout, all prepared before timing starts.
 
-use phalanx_trace::packet::{HitPacket, RayQueue};
+use phalanx_trace::packet::{HitPacket, NO_PRIM, RayQueue};
+use phalanx_trace::simd::{F32x8, LANES, U32x8};
 use std::ops::Range;
 
 /// The reason why a peer does not trace a scene.
@@ -50,4 +51,48 @@ pub trait BenchEngineThread {
     fn closest(&mut self, packets: Range<usize>, hits: &mut [HitPacket]);
     /// Occluded lanes (as bits) of each of some packets. Lanes beyond the last ray are undefined.
     fn occluded(&mut self, packets: Range<usize>, blocked: &mut [u8]);
+}
+
+/// Closest hits of some packets of a set of `rays` rays, ray by ray: t, u and v, and the number of
+/// the primitive.
+#[inline(always)]
+pub(crate) fn closest_each(
+    packets: Range<usize>,
+    rays: usize,
+    hits: &mut [HitPacket],
+    mut closest: impl FnMut(usize) -> Option<([f32; 3], u32)>,
+) {
+    for (packet, out) in packets.zip(hits) {
+        let (mut t, mut u, mut v) = ([f32::INFINITY; LANES], [0.0; LANES], [0.0; LANES]);
+        let mut prim_id = [NO_PRIM; LANES];
+        let first = packet * LANES;
+        for lane in 0..LANES.min(rays - first) {
+            if let Some((hit, id)) = closest(first + lane) {
+                ([t[lane], u[lane], v[lane]], prim_id[lane]) = (hit, id);
+            }
+        }
+        *out = HitPacket {
+            t: F32x8::new(t),
+            u: F32x8::new(u),
+            v: F32x8::new(v),
+            prim_id: U32x8::new(prim_id),
+        };
+    }
+}
+
+/// Occluded rays of some packets of a set of `rays` rays, ray by ray.
+#[inline(always)]
+pub(crate) fn occluded_each(
+    packets: Range<usize>,
+    rays: usize,
+    blocked: &mut [u8],
+    mut occluded: impl FnMut(usize) -> bool,
+) {
+    for (packet, out) in packets.zip(blocked) {
+        let first = packet * LANES;
+        let lanes = 0..LANES.min(rays - first);
+        *out = lanes.fold(0, |bits, lane| {
+            bits | u8::from(occluded(first + lane)) << lane
+        });
+    }
 }

@@ -8,6 +8,7 @@ pub mod obvhs;
 pub use engine::{
     BenchEngine, BenchEngineThread, NamedEngines, ONE, PeerScene, RaySetRef, Unsupported,
 };
+pub(crate) use engine::{closest_each, occluded_each};
 
 use phalanx_scene::Scene;
 use phalanx_trace::bvh::BuildSettings;

@@ -6,7 +6,9 @@
 //! `ray_traverse_anyhit` is for transparency, and visits all). It has no spheres: they are
 //! intersected by the plain formula, which users of the crate must supply themselves.
 
-use super::engine::{BenchEngine, BenchEngineThread, PeerScene, RaySetRef, Unsupported};
+use super::engine::{
+    BenchEngine, BenchEngineThread, PeerScene, RaySetRef, Unsupported, closest_each, occluded_each,
+};
 use glam::Vec3A;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
@@ -18,8 +20,8 @@ use obvhs::triangle::Triangle;
 use obvhs::{Boundable, BvhBuildParams};
 use phalanx_scene::{Prim, PrimKind, Scene};
 use phalanx_trace::bvh::Quality;
-use phalanx_trace::packet::{HitPacket, NO_PRIM};
-use phalanx_trace::simd::{F32x8, LANES, U32x8};
+use phalanx_trace::packet::HitPacket;
+use phalanx_trace::simd::LANES;
 use std::ops::Range;
 use std::sync::Arc;
 use std::time::Duration;
@@ -68,7 +70,7 @@ fn built_of<S: ObvhsShape>(scene: &Scene, preset: BvhBuildParams) -> PeerScene {
     let bvh2 = Arc::new(PeerTree::new(&shapes, S::bvh2(&shapes, preset)));
     let cwbvh = Arc::new(PeerTree::new(&shapes, S::cwbvh(&shapes, preset)));
     Box::new(move |rays| {
-        let rays = Arc::new(ObvhsRays::new(rays));
+        let rays = Arc::new(obvhs_rays(rays));
         vec![
             ("bvh2".to_owned(), ObvhsEngine::boxed(&bvh2, &rays)),
             ("cwbvh".to_owned(), ObvhsEngine::boxed(&cwbvh, &rays)),
@@ -245,38 +247,21 @@ impl<T: ObvhsTraversal, S: ObvhsShape> PeerTree<T, S> {
 }
 
 /// A set of rays as obvhs stores them, reciprocals included.
-struct ObvhsRays {
-    rays: Vec<Ray>,
-    tmax: f32,
-}
-
-impl ObvhsRays {
-    fn new(rays: RaySetRef) -> ObvhsRays {
-        let all = 0..rays.queue.len();
-        let ray = |ray: usize| {
-            let (org, dir) = rays.queue.ray(ray / LANES, ray % LANES);
-            Ray::new(org.into(), dir.into(), 0.0, rays.tmax)
-        };
-        ObvhsRays {
-            rays: all.map(ray).collect(),
-            tmax: rays.tmax,
-        }
-    }
-
-    /// The rays of one of our packets; the last packet may have fewer.
-    fn packet(&self, packet: usize) -> &[Ray] {
-        let first = packet * LANES;
-        &self.rays[first..self.rays.len().min(first + LANES)]
-    }
+fn obvhs_rays(rays: RaySetRef) -> Vec<Ray> {
+    let ray = |ray: usize| {
+        let (org, dir) = rays.queue.ray(ray / LANES, ray % LANES);
+        Ray::new(org.into(), dir.into(), 0.0, rays.tmax)
+    };
+    (0..rays.queue.len()).map(ray).collect()
 }
 
 struct ObvhsEngine<T, S> {
     tree: Arc<PeerTree<T, S>>,
-    rays: Arc<ObvhsRays>,
+    rays: Arc<Vec<Ray>>,
 }
 
 impl<T: ObvhsTraversal, S: ObvhsShape> ObvhsEngine<T, S> {
-    fn boxed(tree: &Arc<PeerTree<T, S>>, rays: &Arc<ObvhsRays>) -> Box<dyn BenchEngine> {
+    fn boxed(tree: &Arc<PeerTree<T, S>>, rays: &Arc<Vec<Ray>>) -> Box<dyn BenchEngine> {
         Box::new(ObvhsEngine {
             tree: Arc::clone(tree),
             rays: Arc::clone(rays),
@@ -297,32 +282,25 @@ impl<T: ObvhsTraversal, S: ObvhsShape> BenchEngineThread for &ObvhsEngine<T, S> 
             shapes,
             prim_ids,
         } = &*self.tree;
-        for (packet, hit) in packets.zip(hits) {
-            let (mut t, mut prim_id) = ([self.rays.tmax; LANES], [NO_PRIM; LANES]);
-            for (lane, &ray) in self.rays.packet(packet).iter().enumerate() {
-                let mut nearest = RayHit::none();
-                tree.closest(ray, &mut nearest, |ray, i| shapes[i].intersect(ray));
-                if nearest.primitive_id != INVALID_ID {
-                    t[lane] = nearest.t;
-                    prim_id[lane] = prim_ids[nearest.primitive_id as usize];
-                }
-            }
-            *hit = HitPacket {
-                t: F32x8::new(t),
-                prim_id: U32x8::new(prim_id),
-                ..HitPacket::miss()
-            };
-        }
+        closest_each(packets, self.rays.len(), hits, |ray| {
+            let mut nearest = RayHit::none();
+            tree.closest(self.rays[ray], &mut nearest, |ray, i| {
+                shapes[i].intersect(ray)
+            });
+            let is_hit = nearest.primitive_id != INVALID_ID;
+            is_hit.then(|| {
+                (
+                    [nearest.t, 0.0, 0.0],
+                    prim_ids[nearest.primitive_id as usize],
+                )
+            })
+        });
     }
 
     fn occluded(&mut self, packets: Range<usize>, blocked: &mut [u8]) {
         let PeerTree { tree, shapes, .. } = &*self.tree;
-        for (packet, blocked) in packets.zip(blocked) {
-            *blocked = 0;
-            for (lane, &ray) in self.rays.packet(packet).iter().enumerate() {
-                let free = tree.misses(ray, |ray, i| shapes[i].intersect(ray));
-                *blocked |= u8::from(!free) << lane;
-            }
-        }
+        occluded_each(packets, self.rays.len(), blocked, |ray| {
+            !tree.misses(self.rays[ray], |ray, i| shapes[i].intersect(ray))
+        });
     }
 }

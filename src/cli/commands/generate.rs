@@ -111,19 +111,12 @@ fn write(
     let path = &args.output;
     let mut losses = DroppedFeatures::new();
     let mut refused = None;
-    let mut written = 0;
     let bar = progress::bar(None, "{spinner} {binary_bytes} written in {elapsed}");
     let done = replace_file(path, |out| {
-        let mut meter = MeteredWriter {
-            out,
-            control,
-            written: 0,
-            seen: |written| bar.set_position(written),
-        };
+        let out = bar.wrap_write(out);
+        let mut out = InterruptibleWriter { out, control };
         let threads = args.threads.unwrap_or(0);
-        let result = standard::write(spec, format, args.tessellate, threads, &mut meter);
-        written = meter.written;
-        match result {
+        match standard::write(spec, format, args.tessellate, threads, &mut out) {
             Ok(what) => losses = what,
             Err(SceneWriteError::Io(error)) => return Err(error),
             Err(other) => {
@@ -131,8 +124,9 @@ fn write(
                 return Err(io::Error::other("refused"));
             }
         }
-        meter.check()
+        out.check()
     });
+    let written = bar.position();
     bar.finish_and_clear();
     match done {
         Ok(()) => Ok((losses, written)),
@@ -153,15 +147,13 @@ fn refusal(path: &Path, error: &SceneWriteError) -> CliError {
     }
 }
 
-/// Counts the bytes that pass, and stops after a signal.
-struct MeteredWriter<'a, F: Fn(u64)> {
-    out: &'a mut dyn Write,
+/// Stops after a signal.
+struct InterruptibleWriter<'a, W> {
+    out: W,
     control: &'a Control,
-    written: u64,
-    seen: F,
 }
 
-impl<F: Fn(u64)> MeteredWriter<'_, F> {
+impl<W> InterruptibleWriter<'_, W> {
     fn check(&self) -> io::Result<()> {
         // Not the kind `Interrupted`, which means "try again".
         if self.control.stop.load(Ordering::SeqCst) {
@@ -172,13 +164,10 @@ impl<F: Fn(u64)> MeteredWriter<'_, F> {
     }
 }
 
-impl<F: Fn(u64)> Write for MeteredWriter<'_, F> {
+impl<W: Write> Write for InterruptibleWriter<'_, W> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.check()?;
-        let count = self.out.write(bytes)?;
-        self.written += count as u64;
-        (self.seen)(self.written);
-        Ok(count)
+        self.out.write(bytes)
     }
 
     fn flush(&mut self) -> io::Result<()> {

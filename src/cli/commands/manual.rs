@@ -47,18 +47,14 @@ pub fn man(args: &ManArgs, program: &clap::Command) -> Result<(), CliError> {
         // Options of all commands are the program's own until it parses.
         let shared = program.get_arguments().filter(|arg| arg.is_global_set());
         let command = command.clone().args(shared.cloned());
-        write(folder, &command.name(leaked(name)))?;
+        // Names have the lifetime that clap requires. There are a dozen of them.
+        write(folder, &command.name(&*name.leak()))?;
         written += 1;
     }
     output::print(&format!(
         "{written} pages written to {}\n",
         shown_path(folder)
     ))
-}
-
-/// A name with the lifetime that clap requires; it is leaked. There are a dozen of them.
-fn leaked(name: String) -> &'static str {
-    name.leak()
 }
 
 fn page(command: &clap::Command) -> io::Result<Vec<u8>> {

@@ -69,7 +69,7 @@ struct PlanDocument<'a> {
     /// The first and the last frame of a sequence.
     frames: Option<[u32; 2]>,
     /// Meaning of a shard of a sequence.
-    shard_by: Option<&'static str>,
+    shard_by: Option<ShardBy>,
     /// All shards in Slurm's notation.
     array: String,
     /// The command that merges them.
@@ -142,7 +142,7 @@ fn sequence_plan(
     Ok(SequencePlan {
         frames: [*sequence.frames.start(), *sequence.frames.end()],
         shard_by: args.shard_by.unwrap_or(ShardBy::Frame),
-        view: scene.view.into(),
+        view: scene.view,
         camera: PlannedCamera::new(&sequence.path, file.unwrap_or_default()),
     })
 }
@@ -201,7 +201,7 @@ fn print_plan(args: &PlanArgs, plan: &RenderPlan, picture: &Path) -> Result<(), 
         output: picture,
         scene_hash: &plan.stamp.scene,
         frames: plan.sequence.as_ref().map(|sequence| sequence.frames),
-        shard_by: (plan.sequence.as_ref()).map(|sequence| sequence.shard_by.name()),
+        shard_by: (plan.sequence.as_ref()).map(|sequence| sequence.shard_by),
         array,
         merge,
     };
@@ -219,7 +219,7 @@ impl Output for PlanDocument<'_> {
         let mut rows = vec![("plan", format!("{path}, {} shards", self.shards))];
         if let Some([first, last]) = self.frames {
             let shard = match self.shard_by {
-                Some("tile") => "each shard renders tiles of every frame".to_owned(),
+                Some(ShardBy::Tile) => "each shard renders tiles of every frame".to_owned(),
                 _ => format!("each shard renders every {}", ordinal(self.shards)),
             };
             rows.push(("frames", format!("{first} to {last}, {shard}")));
@@ -322,7 +322,7 @@ pub fn reopen(path: &Path, plan: &RenderPlan, threads: usize) -> Result<Reopened
 /// Refuses a camera path that differs from the plan's. The plan stores its key frames; their file
 /// need not exist any more.
 fn check_camera(path: &Path, sequence: &SequencePlan, scene: &Scene) -> Result<(), CliError> {
-    if View::from(sequence.view) != scene.view {
+    if sequence.view != scene.view {
         return Err(other_picture(path, "the scene's camera has changed"));
     }
     let Some(file) = sequence.keyframes().map(Path::new) else {

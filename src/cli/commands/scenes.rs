@@ -80,27 +80,24 @@ pub fn run(args: &ScenesArgs) -> Result<(), CliError> {
 }
 
 impl Output for ScenesDocument {
+    /// The rows in aligned columns, with a heading before each family and a note on sizes at the
+    /// end.
     fn table(&self) -> String {
-        table(&self.scenes)
-    }
-}
-
-/// The rows in aligned columns, with a heading before each family and a note on sizes at the end.
-fn table(scenes: &[SceneListing]) -> String {
-    let mut rows = vec![HEADS.split(' ').map(str::to_owned).collect()];
-    rows.extend(scenes.iter().map(SceneListing::cells));
-    let lines = aligned(&rows, 1);
-    let mut text = format!("{}  PURPOSE\n", lines[0]);
-    let mut family = "";
-    for (scene, line) in scenes.iter().zip(&lines[1..]) {
-        if scene.family != family {
-            family = scene.family;
-            text.push_str(heading(family));
+        let mut rows = vec![HEADS.split(' ').map(str::to_owned).collect()];
+        rows.extend(self.scenes.iter().map(SceneListing::cells));
+        let lines = aligned(&rows, 1);
+        let mut text = format!("{}  PURPOSE\n", lines[0]);
+        let mut family = "";
+        for (scene, line) in self.scenes.iter().zip(&lines[1..]) {
+            if scene.family != family {
+                family = scene.family;
+                text.push_str(heading(family));
+            }
+            text.push_str(&format!("{line}  {}\n", scene.purpose));
         }
-        text.push_str(&format!("{line}  {}\n", scene.purpose));
+        text + "\nCounts are for the default size. Commands accept standard:NAME or standard:NAME:SIZE in place of a scene file.\n\
+                SIZE is a whole number, optionally with k or M, as in standard:terrain:20M.\n"
     }
-    text + "\nCounts are for the default size. Commands accept standard:NAME or standard:NAME:SIZE in place of a scene file.\n\
-            SIZE is a whole number, optionally with k or M, as in standard:terrain:20M.\n"
 }
 
 fn heading(family: &str) -> &'static str {
@@ -144,7 +141,8 @@ mod tests {
             triangles,
             ..SceneListing::of(&CATALOGUE[0])
         };
-        let text = table(&[row("a", 1), row("a-longer-name", 123_456_789)]);
+        let scenes = vec![row("a", 1), row("a-longer-name", 123_456_789)];
+        let text = ScenesDocument { scenes }.table();
         let ends: Vec<_> = text
             .lines()
             .filter_map(|line| line.find(CATALOGUE[0].purpose).or(line.find("PURPOSE")))

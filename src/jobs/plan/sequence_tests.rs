@@ -11,14 +11,21 @@ fn sequence(frames: [u32; 2], shard_by: ShardBy, path: &CameraPath) -> SequenceP
     SequencePlan {
         frames,
         shard_by,
-        view: Scene::default().view.into(),
+        view: Scene::default().view,
         camera: PlannedCamera::new(path, "/way".to_owned()),
+    }
+}
+
+fn with_sequence(plan: RenderPlan, sequence: SequencePlan) -> RenderPlan {
+    RenderPlan {
+        sequence: Some(sequence),
+        ..plan
     }
 }
 
 fn turntable(shards: u32, frames: [u32; 2], shard_by: ShardBy) -> RenderPlan {
     let path = CameraPath::Turntable { frames: 24 };
-    plan(64, 48, shards).with_sequence(sequence(frames, shard_by, &path))
+    with_sequence(plan(64, 48, shards), sequence(frames, shard_by, &path))
 }
 
 fn keyframes() -> CameraPath {
@@ -69,7 +76,7 @@ fn a_plan_that_is_read_again_has_the_views_that_were_planned() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("p.json");
     for camera in [CameraPath::Turntable { frames: 7 }, keyframes()] {
-        let made = plan(64, 48, 2).with_sequence(sequence([0, 12], ShardBy::Frame, &camera));
+        let made = with_sequence(plan(64, 48, 2), sequence([0, 12], ShardBy::Frame, &camera));
         std::fs::write(&path, serde_json::to_vec_pretty(&made).unwrap()).unwrap();
         let read = RenderPlan::read(&path).unwrap();
         assert_eq!(read, made);
@@ -99,7 +106,7 @@ fn a_path_is_told_from_others_wherever_it_comes_from() {
     let checksum = |path: &CameraPath, file: &str| {
         let mut sequence = sequence([0, 12], ShardBy::Frame, path);
         sequence.camera = PlannedCamera::new(path, file.to_owned());
-        let plan = plan(64, 48, 2).with_sequence(sequence);
+        let plan = with_sequence(plan(64, 48, 2), sequence);
         PlannedFrames::of(&plan).path_checksum()
     };
     let keys = checksum(&keyframes(), "/a");
@@ -127,7 +134,10 @@ fn files_of_a_shard_stand_beside_the_plan() {
 fn a_sequence_that_nobody_planned_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("p.json");
-    let made = plan(64, 48, 3).with_sequence(sequence([0, 12], ShardBy::Frame, &keyframes()));
+    let made = with_sequence(
+        plan(64, 48, 3),
+        sequence([0, 12], ShardBy::Frame, &keyframes()),
+    );
     let good = serde_json::to_value(made).unwrap();
     let refused = |bad: &serde_json::Value| {
         std::fs::write(&path, bad.to_string()).unwrap();

@@ -63,21 +63,15 @@ impl PictureSpec {
         let size = self.pixels.size.unwrap_or((scene.width, scene.height));
         let matrices = CameraMatrices::of(scene, size);
         let matrices = matrices.map(|m| [m.world_to_camera, m.world_to_ndc]);
-        let aovs = self.pixels.aovs();
+        let has = |aov| self.pixels.aovs().has(aov);
+        let objects = has(Aov::CryptoObject).then(|| manifest(object_names(scene)));
+        let materials = has(Aov::CryptoMaterial).then(|| manifest(material_names(scene)));
         PictureHeader {
             scene: shown_path(&name),
             command: command_line(&command),
             matrices: matrices.ok(),
-            objects: if aovs.has(Aov::CryptoObject) {
-                manifest(object_names(scene))
-            } else {
-                Vec::new()
-            },
-            materials: if aovs.has(Aov::CryptoMaterial) {
-                manifest(material_names(scene))
-            } else {
-                Vec::new()
-            },
+            objects: objects.unwrap_or_default(),
+            materials: materials.unwrap_or_default(),
         }
     }
 

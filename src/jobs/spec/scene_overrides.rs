@@ -230,22 +230,13 @@ impl OptionValue for AddedLight {
     }
 
     fn text(&self) -> String {
-        match self {
-            AddedLight::Point { position, color } => {
-                format!(
-                    "{},{}",
-                    joined(position.to_array()),
-                    joined(color.to_array())
-                )
-            }
+        let (place, color) = match self {
+            AddedLight::Point { position, color } => (joined(position.to_array()), color),
             AddedLight::Directional { toward, color } => {
-                format!(
-                    "dir:{},{}",
-                    joined(toward.to_array()),
-                    joined(color.to_array())
-                )
+                (format!("dir:{}", joined(toward.to_array())), color)
             }
-        }
+        };
+        format!("{place},{}", color.text())
     }
 }
 

@@ -73,10 +73,7 @@ fn machine_mismatches(old: &BenchRecord, new: &BenchRecord) -> Vec<Mismatch> {
             Some(caches(r)).filter(|c| !c.is_empty())
         }),
         ("another hypervisor", |r| {
-            match r.machine.hypervisor.as_deref()? {
-                "" => Some("none".to_owned()),
-                name => Some(name.to_owned()),
-            }
+            r.machine.hypervisor_words().map(str::to_owned)
         }),
         ("compiled for another instruction set", |r| {
             Some(r.program.isa_compiled.clone())

@@ -6,10 +6,11 @@ use super::rates::rate_dot;
 use super::summary::cache_text;
 use super::svg::{legend, look};
 use super::tables::cell;
-use super::view::{commit_text, day, kind_text, threads_text};
+use super::view::{day, kind_text, threads_text};
 use crate::comparison::{changes, comparison_tables};
 use crate::numbers::{self, NONE, THIN, known, measured, percent, times};
 use crate::report_table::ReportTable;
+use crate::text::commit;
 use crate::{
     AUTO, BenchRecord, MeanRates, RecordComparison, RecordIndex, kinds_frame_first, quotable_line,
 };
@@ -91,16 +92,13 @@ pub(super) fn machines(compared: &ComparedRecords<'_>) -> Markup {
     let or_none = |text: Option<String>| cell(text.unwrap_or(NONE.to_owned()));
     let row = |(i, (name, record)): (usize, &(&str, &BenchRecord))| {
         let (machine, program) = (&record.machine, &record.program);
+        let commit = commit(program).unwrap_or("not known".to_owned());
         vec![
             cell(&compared.comparison.records[i].label),
             cell(&machine.cpu),
-            cell(match machine.hypervisor.as_deref() {
-                Some("") => "none",
-                Some(name) => name,
-                None => NONE,
-            }),
+            cell(machine.hypervisor_words().unwrap_or(NONE)),
             cell(&program.isa_compiled),
-            html! { (program.version) " " code { (commit_text(program)) } },
+            html! { (program.version) " " code { (commit) } },
             cell(&record.run.quality),
             cell(record.run.peers.join(", ")),
             cell(day(record)),

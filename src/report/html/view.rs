@@ -3,8 +3,8 @@
 
 use crate::numbers::page_counted;
 use crate::record_index::{first_of_each, in_order};
-use crate::text::{self, commit};
-use crate::{BenchRecord, FRAME, Program, RayKind, RecordIndex, SceneRecord};
+use crate::text;
+use crate::{BenchRecord, FRAME, RayKind, RecordIndex, SceneRecord};
 use maud::{Markup, html};
 use std::collections::BTreeSet;
 
@@ -69,11 +69,6 @@ pub(super) fn kind_text(kind: &str) -> String {
 /// The day of a run.
 pub(super) fn day(record: &BenchRecord) -> &str {
     text::day(&record.run.started)
-}
-
-/// The first letters of a program's commit, and whether files differed from it.
-pub(super) fn commit_text(program: &Program) -> String {
-    commit(program).unwrap_or("not known".to_owned())
 }
 
 /// `2 threads` or `1 thread`.

@@ -93,12 +93,14 @@ impl FuzzedPicture {
         let key = |frame, view| CameraKey { frame, view };
         let keys = vec![key(0, self.scene.view), key(4, moved)];
         let path = CameraPath::Keys(keys);
-        self.plan(shards).with_sequence(SequencePlan {
+        let mut plan = self.plan(shards);
+        plan.sequence = Some(SequencePlan {
             frames: [0, 4],
             shard_by,
-            view: self.scene.view.into(),
+            view: self.scene.view,
             camera: PlannedCamera::new(&path, "/way".to_owned()),
-        })
+        });
+        plan
     }
 
     /// Seeds: a whole file, half of one, and one of the picture with layers.

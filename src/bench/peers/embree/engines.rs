@@ -4,7 +4,9 @@ use super::api::QueryCaller;
 use super::layout::{INVALID, RayHeader, RayHit, Valid};
 use super::mxcsr::RestoreMxcsr;
 use super::scene::{EmbreeSceneData, PrimIdMap};
-use crate::peers::engine::{BenchEngine, BenchEngineThread, RaySetRef};
+use crate::peers::engine::{
+    BenchEngine, BenchEngineThread, RaySetRef, closest_each, occluded_each,
+};
 use phalanx_trace::packet::HitPacket;
 use phalanx_trace::simd::{F32x8, LANES, LaneMask, Lanes, U32x8};
 use std::ops::Range;
@@ -106,47 +108,27 @@ struct EmbreeSingleThread<'a> {
 
 const SINGLE: Valid<1> = Valid([-1]);
 
-impl<'a> EmbreeSingleThread<'a> {
-    /// The rays of one of our packets; the last packet may have fewer.
-    fn headers(&self, packet: usize) -> &'a [RayHeader<1>] {
-        let headers = &self.layout.headers[packet * LANES..];
-        &headers[..headers.len().min(LANES)]
-    }
-}
-
 impl BenchEngineThread for EmbreeSingleThread<'_> {
     fn closest(&mut self, packets: Range<usize>, hits: &mut [HitPacket]) {
         let _restore = RestoreMxcsr::flushing();
-        let (tmax, mut prim_id) = (self.layout.tmax, [INVALID; LANES]);
-        let (mut t, mut u, mut v) = ([tmax; LANES], [0.0; LANES], [0.0; LANES]);
-        for (packet, hit) in packets.zip(hits) {
-            for (lane, header) in self.headers(packet).iter().enumerate() {
-                let ray = &mut self.ray;
-                ray.load(header, tmax);
-                self.caller.intersect(&SINGLE, ray);
-                (t[lane], u[lane], v[lane]) = (ray.tfar[0], ray.u[0], ray.v[0]);
-                prim_id[lane] = ray.prim_id(self.prim_ids, 0);
-            }
-            *hit = HitPacket {
-                t: F32x8::new(t),
-                u: F32x8::new(u),
-                v: F32x8::new(v),
-                prim_id: U32x8::new(prim_id),
-            };
-        }
+        let layout = self.layout;
+        closest_each(packets, layout.rays, hits, |k| {
+            let ray = &mut self.ray;
+            ray.load(&layout.headers[k], layout.tmax);
+            self.caller.intersect(&SINGLE, ray);
+            let prim_id = ray.prim_id(self.prim_ids, 0);
+            Some(([ray.tfar[0], ray.u[0], ray.v[0]], prim_id))
+        });
     }
 
     fn occluded(&mut self, packets: Range<usize>, blocked: &mut [u8]) {
         let _restore = RestoreMxcsr::flushing();
-        let tmax = self.layout.tmax;
-        for (packet, blocked) in packets.zip(blocked) {
-            *blocked = 0;
-            for (lane, header) in self.headers(packet).iter().enumerate() {
-                self.ray.load(header, tmax);
-                self.caller.occluded(&SINGLE, &mut self.ray);
-                *blocked |= u8::from(self.ray.tfar[0] < 0.0) << lane;
-            }
-        }
+        let layout = self.layout;
+        occluded_each(packets, layout.rays, blocked, |k| {
+            self.ray.load(&layout.headers[k], layout.tmax);
+            self.caller.occluded(&SINGLE, &mut self.ray);
+            self.ray.tfar[0] < 0.0
+        });
     }
 }
 

@@ -8,7 +8,6 @@ use phalanx::report::{
     BenchRecord, ComparisonOptions, RecordComparison, comparison_markdown, comparison_text,
     nothing_in_common,
 };
-use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 /// Smallest change that counts as a difference in a report.
@@ -36,7 +35,7 @@ pub fn compare(args: &RecordCompareArgs) -> Result<(), CliError> {
     if args.markdown {
         output::print(&comparison_markdown(&shown))
     } else {
-        output::print_output(&ComparisonDocument(shown), args.json)
+        output::print_output(&shown, args.json)
     }
 }
 
@@ -86,13 +85,9 @@ fn pairs(records: &[(String, BenchRecord)]) -> Vec<(&str, &BenchRecord)> {
     pairs.collect()
 }
 
-/// A comparison, as the output of a command.
-#[derive(Serialize)]
-struct ComparisonDocument(RecordComparison);
-
-impl Output for ComparisonDocument {
+impl Output for RecordComparison {
     fn table(&self) -> String {
-        comparison_text(&self.0, output::stdout_columns())
+        comparison_text(self, output::stdout_columns())
     }
 }
 

@@ -15,7 +15,7 @@ use crate::cli::output::{
 };
 use missing::{MissingShares, missing_frames, missing_tiles, shares, tile_files};
 use phalanx::files::shown_path;
-use phalanx::jobs::{PlannedFrames, RenderPlan, TileFile, merge_bands};
+use phalanx::jobs::{PlannedFrames, RenderPlan, ShardBy, TileFile, merge_bands};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -25,7 +25,7 @@ struct MergeDocument<'a> {
     shards: u32,
     /// Meaning of a shard of a sequence.
     #[serde(skip_serializing_if = "Option::is_none")]
-    shard_by: Option<&'static str>,
+    shard_by: Option<ShardBy>,
     /// The first and the last frame of a sequence.
     #[serde(skip_serializing_if = "Option::is_none")]
     frames: Option<[u32; 2]>,
@@ -54,7 +54,7 @@ pub fn run(args: &MergeArgs) -> Result<(), CliError> {
     let document = MergeDocument {
         plan: &args.plan,
         shards: plan.shards,
-        shard_by: sequence.map(|sequence| sequence.shard_by.name()),
+        shard_by: sequence.map(|sequence| sequence.shard_by),
         frames: ends,
         width: window.width,
         height: window.height,
@@ -157,7 +157,7 @@ impl Output for MergeDocument<'_> {
             return lines(&[("picture", size), ("written", path)]);
         };
         let done = match self.shard_by {
-            Some("tile") => "merged",
+            Some(ShardBy::Tile) => "merged",
             _ => "checked",
         };
         let frames = format!("{first} to {last}, {size}, {done}");

@@ -167,10 +167,6 @@ impl RenderDocument {
         (self.unseen_backs > 0).then_some(("backs", words))
     }
 
-    fn threads_words(&self) -> String {
-        counted(self.threads, "thread")
-    }
-
     fn ray_table(&self) -> String {
         let mut text = format!("{:<12} {:>18} {:>10}\n", "rays", "count", "Mrays/s");
         for ((kind, rays), (_, speed)) in rays_by_kind(&self.rays).iter().zip(self.mrays_per_s) {
@@ -191,7 +187,7 @@ impl Output for RenderDocument {
         let (render, all) = (self.seconds.render, self.seconds.total());
         let rays = self.rays.total() as f64 / 1e6;
         let speed = mrays_per_s(self.rays.total(), render);
-        let (threads, written) = (self.threads_words(), self.image.written());
+        let (threads, written) = (counted(self.threads, "thread"), self.image.written());
         let scene = format!("{}: {}", self.scene, self.primitives.words());
         let speed = format!(
             "{speed:.1} Mrays/s, {rays:.1} million rays in {render:.2} s of {all:.2} s, {threads}"
@@ -207,7 +203,7 @@ impl Output for RenderDocument {
         let PictureWindow { width, height, .. } = self.image.window;
         let region = self.image.window.region_words();
         let settings = self.summary.words();
-        let (engine, isa, threads) = (self.engine, self.isa, self.threads_words());
+        let (engine, isa, threads) = (self.engine, self.isa, counted(self.threads, "thread"));
         let kernel = self.kernel.map_or(String::new(), |k| format!("/{k}"));
         let RenderSeconds {
             load,

@@ -13,7 +13,7 @@ use crate::cli::output::{
 use phalanx::files::shown_path;
 use phalanx::frame::{Accel, Tile};
 use phalanx::jobs::{
-    BandStats, FinishedFrames, FrameState, PlannedFrames, TileFile, render_to_file,
+    BandStats, FinishedFrames, FrameState, PlannedFrames, ShardBy, TileFile, render_to_file,
 };
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -24,7 +24,7 @@ struct ShardDocument {
     shards: u32,
     /// Meaning of a shard of a sequence: whole frames, or tiles of each.
     #[serde(skip_serializing_if = "Option::is_none")]
-    shard_by: Option<&'static str>,
+    shard_by: Option<ShardBy>,
     /// Frames of a sequence in this shard, whole or in part.
     #[serde(skip_serializing_if = "Option::is_none")]
     frames: Option<usize>,
@@ -82,7 +82,7 @@ pub fn run(args: &RenderArgs, path: &Path) -> Result<(), CliError> {
         done: ShardDocument {
             shard,
             shards: plan.shards,
-            shard_by: sequence.map(|sequence| sequence.shard_by.name()),
+            shard_by: sequence.map(|sequence| sequence.shard_by),
             ..ShardDocument::default()
         },
     };
@@ -245,8 +245,8 @@ impl Output for ShardDocument {
         let count = grouped(self.tiles.or(self.frames).unwrap_or(0) as u64);
         let parts = match self.shard_by {
             None => format!("{count} tiles{before}"),
-            Some("tile") => format!("its tiles of {count} frames{before}"),
-            Some(_) => format!("{count} frames{before}"),
+            Some(ShardBy::Tile) => format!("its tiles of {count} frames{before}"),
+            Some(ShardBy::Frame) => format!("{count} frames{before}"),
         };
         let shard = format!("{} of {}: {parts}", self.shard, self.shards);
         let (rays, speed, seconds) = (grouped(self.rays), self.mrays_per_s, self.seconds);

@@ -180,16 +180,12 @@ impl ProgressState {
         }
     }
 
-    fn words(&self) -> String {
-        let left = self.seconds_left.map_or(String::new(), |left| {
-            format!(", {} left", HumanDuration(Duration::from_secs_f64(left)))
-        });
-        let ProgressState {
-            fraction,
-            mrays_per_s,
-            ..
-        } = self;
-        format!("{:.1} %, {mrays_per_s:.2} Mrays/s{left}", 100.0 * fraction)
+    /// The speed and, after `between`, the time left if it is known.
+    fn speed_words(&self, between: &str) -> String {
+        let left = self.seconds_left.map(Duration::from_secs_f64);
+        let left = left.map(|left| format!("{between}{} left", HumanDuration(left)));
+        let left = left.unwrap_or_default();
+        format!("{:.2} Mrays/s{left}", self.mrays_per_s)
     }
 }
 
@@ -219,11 +215,7 @@ impl<'a> ProgressReporter<'a> {
 
     fn move_bar(&self, state: &ProgressState) {
         if let Some(bar) = &self.bar {
-            let left = state.seconds_left.map(Duration::from_secs_f64);
-            let left = left.map_or(String::new(), |left| {
-                format!("  {} left", HumanDuration(left))
-            });
-            bar.set_message(format!("{:.2} Mrays/s{left}", state.mrays_per_s));
+            bar.set_message(state.speed_words("  "));
             bar.set_position(state.pixels);
         }
     }
@@ -236,7 +228,8 @@ impl<'a> ProgressReporter<'a> {
             message(&line);
         }
         if let Some(preview) = &mut self.preview {
-            preview.show(&state.words(), end, stop);
+            let (percent, speed) = (100.0 * state.fraction, state.speed_words(", "));
+            preview.show(&format!("{percent:.1} %, {speed}"), end, stop);
         }
     }
 }

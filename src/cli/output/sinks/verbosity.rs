@@ -1,10 +1,9 @@
 //! Amount of output: `--quiet` and `--verbose`.
 
-use std::sync::atomic::{AtomicU8, Ordering};
+use std::sync::OnceLock;
 
 /// Amount of output of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u8)]
 pub enum Verbosity {
     /// Warnings and errors only.
     Quiet,
@@ -14,18 +13,15 @@ pub enum Verbosity {
     Verbose,
 }
 
-static VERBOSITY: AtomicU8 = AtomicU8::new(Verbosity::Normal as u8);
+/// [`Verbosity::Normal`] until it is set.
+static VERBOSITY: OnceLock<Verbosity> = OnceLock::new();
 
-/// Sets the verbosity of this process.
+/// Sets the verbosity of this process, once.
 pub fn set_verbosity(verbosity: Verbosity) {
-    VERBOSITY.store(verbosity as u8, Ordering::Relaxed);
+    VERBOSITY.get_or_init(|| verbosity);
 }
 
 /// The verbosity of this process.
 pub fn verbosity() -> Verbosity {
-    match VERBOSITY.load(Ordering::Relaxed) {
-        0 => Verbosity::Quiet,
-        1 => Verbosity::Normal,
-        _ => Verbosity::Verbose,
-    }
+    *VERBOSITY.get().unwrap_or(&Verbosity::Normal)
 }
