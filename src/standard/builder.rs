@@ -1,7 +1,7 @@
 //! The interface that generators of standard scenes draw to, implemented by a scene, a file and a
 //! counter.
 
-use super::mesh_slice::{Prepare, PreparedMesh};
+use super::mesh_slice::{MeshSlice, Prepare, PreparedMesh};
 use glam::DVec3;
 
 /// Builds a standard scene call by call. Numbers are f64 throughout; rounding to f32 happens in the
@@ -38,7 +38,10 @@ pub trait SceneBuilder {
     /// Adds triangles whose corners index `vertices`, counter-clockwise from their fronts. May be
     /// called many times: a generator of millions of triangles passes them in chunks of bounded
     /// size.
-    fn mesh(&mut self, vertices: &[DVec3], triangles: &[[u32; 3]]);
+    fn mesh(&mut self, vertices: &[DVec3], triangles: &[[u32; 3]]) {
+        let mesh = self.preparation()(&[MeshSlice::complete(vertices, triangles)], 0);
+        self.prepared(mesh);
+    }
 
     /// Offers the number of mesh triangles before they come. A builder for which it is enough
     /// (true) receives none of the triangles; any other receives all of them.
@@ -51,15 +54,11 @@ pub trait SceneBuilder {
         1
     }
 
-    /// The part of a mesh's way into this builder that any thread can do. With `None`, meshes come
-    /// through [`SceneBuilder::mesh`]; otherwise the order of calls is the same, with
-    /// [`SceneBuilder::prepared`] in its place.
-    fn preparation(&self) -> Option<Box<Prepare>> {
-        None
-    }
+    /// The part of a mesh's way into this builder that any thread can do.
+    fn preparation(&self) -> Box<Prepare>;
 
-    /// Adds a mesh of [`SceneBuilder::preparation`].
-    fn prepared(&mut self, _mesh: PreparedMesh) {}
+    /// Adds a mesh of [`SceneBuilder::preparation`], in the order of the calls.
+    fn prepared(&mut self, mesh: PreparedMesh);
 }
 
 /// The camera of a standard scene.

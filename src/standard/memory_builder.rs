@@ -116,10 +116,6 @@ impl SceneBuilder for MemoryBuilder {
         }
     }
 
-    fn mesh(&mut self, vertices: &[DVec3], triangles: &[[u32; 3]]) {
-        self.prepared(prepare(&[MeshSlice::complete(vertices, triangles)]));
-    }
-
     fn takes_count(&mut self, triangles: u64) -> bool {
         let (columns, rows) = (&mut self.scene.triangles, triangles as usize);
         columns.corners.reserve(rows);
@@ -134,8 +130,8 @@ impl SceneBuilder for MemoryBuilder {
         self.threads
     }
 
-    fn preparation(&self) -> Option<Box<Prepare>> {
-        Some(Box::new(|parts, _| prepare(parts)))
+    fn preparation(&self) -> Box<Prepare> {
+        Box::new(|parts, _| prepare(parts))
     }
 
     fn prepared(&mut self, prepared: PreparedMesh) {

@@ -130,22 +130,13 @@ impl<W: Write> SceneBuilder for TestWriter<W> {
         }
     }
 
-    fn mesh(&mut self, vertices: &[DVec3], triangles: &[[u32; 3]]) {
-        self.prepared(prepare(
-            &[MeshSlice::complete(vertices, triangles)],
-            self.vertices,
-        ));
-    }
-
     fn threads(&self) -> usize {
         self.threads
     }
 
-    fn preparation(&self) -> Option<Box<Prepare>> {
+    fn preparation(&self) -> Box<Prepare> {
         let vertices = self.vertices;
-        Some(Box::new(move |parts, before| {
-            prepare(parts, vertices + before)
-        }))
+        Box::new(move |parts, before| prepare(parts, vertices + before))
     }
 
     fn prepared(&mut self, mesh: PreparedMesh) {
