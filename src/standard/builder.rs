@@ -134,13 +134,6 @@ impl StandardLight {
     }
 }
 
-/// NFF's level of light and of ambient light for `lights` lights: √n/(2n). Without any light it is
-/// that of the one light that a reader would add.
-pub fn nff_level(lights: usize) -> f64 {
-    let n = lights.max(1) as f64;
-    n.sqrt() / (2.0 * n)
-}
-
 /// A material, in the terms of NFF or of the design document.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum MaterialDesc {
@@ -151,7 +144,7 @@ pub enum MaterialDesc {
 }
 
 impl MaterialDesc {
-    /// The document's parameters, in a scene of this ambient level ([`nff_level`]).
+    /// The document's parameters, in a scene of this ambient level ([`nff_level`](crate::nff_level)).
     pub fn to_document(&self, level: f64) -> DocumentMaterial {
         match self {
             MaterialDesc::Nff(material) => material.to_document(level),

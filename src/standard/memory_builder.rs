@@ -1,10 +1,9 @@
 //! A standard scene as a [`Scene`].
 
-use super::builder::{
-    DocumentMaterial, MaterialDesc, SceneBuilder, StandardLight, StandardView, nff_level,
-};
+use super::builder::{DocumentMaterial, MaterialDesc, SceneBuilder, StandardLight, StandardView};
 use super::mesh_slice::{MeshSlice, Prepare, PreparedMesh};
 use glam::{DVec3, Vec3};
+use phalanx_formats::nff_level;
 use phalanx_formats::polygon::triangulate;
 use phalanx_scene::{
     Column, Cone, Material, MaterialTable, Mesh, MeshMaterial, NO_TEXTURE, Scene, View,

@@ -102,11 +102,8 @@ fn read_in_chunks(
         );
         joined.material = materials.rows;
         notes = on_textures;
-        let names = &mut scene.names;
-        let objects = changes.objects.iter();
-        let objects = objects.map(|&(first, name)| (first, names.intern(&bytes[name.range()])));
-        let objects = objects.collect();
-        named_runs::name(names, &objects, &material_names, triangles);
+        let objects = (bytes, changes.objects);
+        named_runs::name(&mut scene.names, objects, &material_names, triangles);
         remarks::warn_unplaced(&scene, &joined, &mut report);
         uv_baking::bake(&mut joined, &materials.transformed, memory)?;
         smoothing::smooth(&mut joined, &changes.smoothing, memory)?;

@@ -129,10 +129,6 @@ impl Element {
         let is_list = |p: &Property| matches!(p.kind, PropertyKind::List { .. });
         self.properties.iter().position(|p| named(p) && is_list(p))
     }
-
-    pub(super) fn quoted_name(&self) -> String {
-        quoted_bytes(&self.name)
-    }
 }
 
 #[derive(Debug)]

@@ -3,9 +3,10 @@
 use super::decimal::{Decimal, Decimals, push_vector};
 use super::latched::LatchedWriter;
 use super::outcome::{DroppedFeatures, SceneWriteError};
-use crate::builder::{MaterialDesc, SceneBuilder, StandardLight, StandardView, nff_level};
+use crate::builder::{MaterialDesc, SceneBuilder, StandardLight, StandardView};
 use crate::mesh_slice::{MeshSlice, Prepare, PreparedMesh};
 use glam::{DVec3, Vec3};
+use phalanx_formats::nff_level;
 use phalanx_formats::polygon::triangulate;
 use std::io::Write;
 
