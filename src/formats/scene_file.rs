@@ -79,7 +79,8 @@ impl<'a> SceneFile<'a> {
     /// [`LoadError::Scene`], with every problem found up to
     /// [`MAX_DIAGNOSTICS`](super::MAX_DIAGNOSTICS), and [`LoadError::Memory`].
     pub fn read(&self, options: &ReadOptions) -> Result<ReadScene, LoadError> {
-        let asset_dir = Folder::of(self.path, options);
+        let asset_dir = Folder::of(self.path).with_opened(&options.allow_paths);
+        let asset_dir = asset_dir.with_limit(options.max_memory);
         let read = self.read_in(&asset_dir, options);
         let mut read = read.map_err(|diagnostics| match asset_dir.memory().refusal() {
             Some(refused) => LoadError::Memory {
@@ -100,7 +101,7 @@ impl<'a> SceneFile<'a> {
     /// Faults of the bytes, in file order: at least one and at most
     /// [`MAX_DIAGNOSTICS`](super::MAX_DIAGNOSTICS) diagnostics.
     pub fn read_alone(&self, options: &ReadOptions) -> Result<ReadScene, Vec<Diagnostic>> {
-        self.read_in(&Folder::none(options), options)
+        self.read_in(&Folder::none().with_limit(options.max_memory), options)
     }
 
     /// The error for these faults of the file.

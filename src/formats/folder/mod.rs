@@ -16,8 +16,6 @@ pub mod foreign;
 
 use crate::diagnostics::{DiagnosticSink, Span, quoted_file};
 use crate::memory::MemoryLedger;
-use crate::options::ReadOptions;
-use phalanx_files::folder_of;
 use std::cell::{Cell, OnceCell, RefCell};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -26,8 +24,8 @@ use std::path::{Path, PathBuf};
 pub(crate) struct Folder {
     /// `None` for a scene without a file.
     path: Option<PathBuf>,
-    /// Name of the scene file without its ending; some formats have a placeholder for it.
-    pub(crate) stem: String,
+    /// Name of the scene file without its ending.
+    stem: String,
     /// Further folders that the user has opened.
     opened: Vec<PathBuf>,
     /// Both, resolved when the first file is looked for.
@@ -83,37 +81,59 @@ struct Roots {
 }
 
 impl Folder {
-    /// The folder of a scene file, the further ones that the user has opened, and the memory for
-    /// the files that the scene names.
-    pub(crate) fn of(file: &Path, options: &ReadOptions) -> Folder {
+    /// The folder of a scene file.
+    pub(crate) fn of(file: &Path) -> Folder {
+        let parent = file.parent().filter(|p| !p.as_os_str().is_empty());
         Folder {
-            path: Some(folder_of(file).to_path_buf()),
+            path: Some(parent.unwrap_or(Path::new(".")).to_path_buf()),
             stem: file
                 .file_stem()
                 .unwrap_or_default()
                 .to_string_lossy()
                 .into(),
-            ..Folder::none(options)
+            ..Folder::none()
         }
     }
 
     /// No folder: no file is found.
-    pub(crate) fn none(options: &ReadOptions) -> Folder {
+    pub(crate) fn none() -> Folder {
         Folder {
             path: None,
             stem: String::new(),
-            opened: options.allow_paths.clone(),
+            opened: Vec::new(),
             roots: OnceCell::new(),
-            memory: MemoryLedger::of(options.max_memory),
+            memory: MemoryLedger::of(None),
             searches_left: Cell::new(MAX_SEARCHES),
             files: RefCell::default(),
             entries_left: Cell::new(MAX_ENTRIES),
         }
     }
 
+    /// The same folder, with at most `most` bytes of memory for the files that the scene names.
+    pub(crate) fn with_limit(self, most: Option<u64>) -> Folder {
+        Folder {
+            memory: MemoryLedger::of(most),
+            ..self
+        }
+    }
+
+    /// The same folder, and further ones in which files may lie.
+    pub(crate) fn with_opened(self, opened: &[PathBuf]) -> Folder {
+        Folder {
+            opened: opened.to_vec(),
+            roots: OnceCell::new(),
+            ..self
+        }
+    }
+
     /// The real paths of all files that were found.
     pub(crate) fn into_files(self) -> Vec<PathBuf> {
         self.files.into_inner().into_iter().collect()
+    }
+
+    /// The name of the scene file without its ending; some formats have a placeholder for it.
+    pub(crate) fn scene_stem(&self) -> &str {
+        &self.stem
     }
 
     /// The ledger of the memory that the scene takes.

@@ -22,17 +22,8 @@ fn tree() -> (tempfile::TempDir, PathBuf, Folder) {
     ] {
         write(outer.path().join(file), file).unwrap();
     }
-    let folder = with_opened(&scene, []);
+    let folder = Folder::of(&scene.join("a.obj"));
     (outer, scene, folder)
-}
-
-/// The folder of a scene file, and others that the user has opened.
-fn with_opened<const N: usize>(scene: &Path, opened: [PathBuf; N]) -> Folder {
-    let options = ReadOptions {
-        allow_paths: opened.into(),
-        ..ReadOptions::default()
-    };
-    Folder::of(&scene.join("a.obj"), &options)
 }
 
 fn text(folder: &Folder, file: &Found) -> String {
@@ -98,7 +89,7 @@ fn links_open_nothing() {
     }
     // A file that a link leads to may be read once its folder has been opened, by the folder's own
     // path or by the path of the link.
-    let folder = with_opened(&scene, [outer.path().join("other")]);
+    let folder = folder.with_opened(&[outer.path().join("other")]);
     for inside in [
         "linked/bark.png",
         "../textures/bark.png",
@@ -177,9 +168,8 @@ fn letters_of_the_other_case_are_searched_for_if_one_file_has_them() {
 
 #[test]
 fn an_opened_folder_opens_nothing_else() {
-    let (outer, scene, _) = tree();
-    let opened = ["textures", "absent"].map(|name| outer.path().join(name));
-    let folder = with_opened(&scene, opened);
+    let (outer, _, folder) = tree();
+    let folder = folder.with_opened(&[outer.path().join("textures"), outer.path().join("absent")]);
     for name in ["../textures/bark.png", "bark.png", "C:\\x\\bark.png"] {
         let named = folder.find_for(None, name).unwrap();
         assert_eq!(text(&folder, &named.file), "textures/bark.png", "{name}");

@@ -17,8 +17,7 @@ fn read_within(primitives: usize, nodes: usize, most: u64) -> Result<u64, String
         vec![primitive; primitives].join(", "),
         vec![r#"{"mesh": 0}"#; nodes].join(", "),
     );
-    let options = ReadOptions::default();
-    let folder = Folder::none(&options);
+    let (folder, options) = (Folder::none(), ReadOptions::default());
     let mut report = DiagnosticSink::new(text.as_bytes());
     let parts = container::open(text.as_bytes()).expect("text");
     let mut source = GltfSource::parse(text.as_bytes(), &parts).expect("a document");
@@ -85,8 +84,7 @@ fn copies(shown: &[usize], primitives: usize, triangles: usize, size: f32) -> St
 }
 
 fn scene_of(text: &str) -> Scene {
-    let options = ReadOptions::default();
-    let read = read(text.as_bytes(), &Folder::none(&options), &options);
+    let read = read(text.as_bytes(), &Folder::none(), &ReadOptions::default());
     read.expect("a scene").scene
 }
 
@@ -153,12 +151,8 @@ fn copies_beyond_the_comfortable_range_are_placed_where_they_were_baked() {
 fn rows_and_triangles_count_before_they_are_made() {
     let text = copies(&[0; 3], 1, 1000, 1e-20);
     let refused = |most: u64| {
-        let options = ReadOptions {
-            max_memory: Some(most),
-            ..ReadOptions::default()
-        };
-        let asset_dir = Folder::none(&options);
-        let read = read(text.as_bytes(), &asset_dir, &options).is_ok();
+        let asset_dir = Folder::none().with_limit(Some(most));
+        let read = read(text.as_bytes(), &asset_dir, &ReadOptions::default()).is_ok();
         let refused = asset_dir.memory().refusal();
         assert_eq!(read, refused.is_none());
         refused.map(|refused| refused.what)

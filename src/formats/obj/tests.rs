@@ -6,7 +6,7 @@ fn folder_with(files: &[(&str, &str)]) -> (tempfile::TempDir, Folder) {
     for (name, text) in files {
         std::fs::write(scratch.path().join(name), text).unwrap();
     }
-    let folder = Folder::of(&scratch.path().join("a.obj"), &ReadOptions::default());
+    let folder = Folder::of(&scratch.path().join("a.obj"));
     (scratch, folder)
 }
 
@@ -94,14 +94,9 @@ fn errors_come_in_file_order_from_every_piece() {
             threads: 3,
             ..ReadOptions::default()
         };
-        read_in_chunks(
-            text.as_bytes(),
-            &Folder::none(&options),
-            &options,
-            chunk_bytes,
-        )
-        .unwrap_err()
-        .diagnostics()
+        read_in_chunks(text.as_bytes(), &Folder::none(), &options, chunk_bytes)
+            .unwrap_err()
+            .diagnostics()
     };
     let expected = read(CHUNK_BYTES);
     assert_eq!(expected.len(), crate::MAX_DIAGNOSTICS);

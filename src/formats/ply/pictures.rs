@@ -51,7 +51,7 @@ impl NamedPictures {
             for &span in names {
                 let name = String::from_utf8_lossy(&bytes[span.range()]);
                 // MeshLab's word for the name of the file itself.
-                let name = name.replace("<this>", &asset_dir.stem);
+                let name = name.replace("<this>", asset_dir.scene_stem());
                 let file = asset_dir.find_for(None, &name);
                 let file = file.map(|file| file.accepted(&name, span, report));
                 let sampler = TextureSampler::default();

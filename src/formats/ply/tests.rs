@@ -33,7 +33,7 @@ fn neither_threads_nor_chunks_change_the_scene() {
     let read = |threads, chunk_bytes| {
         let loaded = read_in_chunks(
             text.as_bytes(),
-            &Folder::none(&options(threads)),
+            &Folder::none(),
             &options(threads),
             chunk_bytes,
         )
@@ -60,14 +60,9 @@ fn errors_come_in_file_order_from_every_piece() {
         .replace("4 1 2 12 11", "4 1 2 99 11")
         .replace("3 1 2 13", "3 1 x 13");
     let read = |chunk_bytes| {
-        read_in_chunks(
-            text.as_bytes(),
-            &Folder::none(&options(3)),
-            &options(3),
-            chunk_bytes,
-        )
-        .unwrap_err()
-        .diagnostics()
+        read_in_chunks(text.as_bytes(), &Folder::none(), &options(3), chunk_bytes)
+            .unwrap_err()
+            .diagnostics()
     };
     let expected = read(CHUNK_BYTES);
     assert_eq!(expected.len(), 20);

@@ -1,15 +1,7 @@
 use super::*;
-use crate::options::ReadOptions;
 use picture::tests::encoded;
 use png::{BitDepth::Eight, ColorType};
-
-/// The options that leave `most` bytes of memory.
-fn limit(most: u64) -> ReadOptions {
-    ReadOptions {
-        max_memory: Some(most),
-        ..ReadOptions::default()
-    }
-}
+use std::path::Path;
 
 fn sampler(wrap: Wrap) -> TextureSampler {
     TextureSampler {
@@ -24,7 +16,7 @@ fn a_picture_stands_once_for_each_wrapping() {
     let dot = encoded([1, 1], ColorType::Rgb, Eight, &[1, 2, 3]);
     std::fs::write(folder.path().join("dot.png"), &dot).unwrap();
     std::fs::write(folder.path().join("text.png"), "no picture").unwrap();
-    let asset_dir = Folder::of(&folder.path().join("scene"), &ReadOptions::default());
+    let asset_dir = Folder::of(Path::new(&folder.path().join("scene")));
     let mut report = DiagnosticSink::binary();
     let span = Span::START;
     let mut library = TextureLibrary::new(&asset_dir);
@@ -66,7 +58,7 @@ fn textures_count_before_they_are_decoded() {
     let span = || Span::START;
     let repeat = sampler(Wrap::Repeat);
     let named = |most: u64, names: &[&str]| {
-        let asset_dir = Folder::of(&folder.path().join("scene"), &limit(most));
+        let asset_dir = Folder::of(&folder.path().join("scene")).with_limit(Some(most));
         let mut report = DiagnosticSink::binary();
         let mut library = TextureLibrary::new(&asset_dir);
         for name in names {
@@ -99,7 +91,7 @@ fn alpha_is_kept_for_those_who_read_it() {
         &[1, 2, 3, 255, 90, 90, 90, 255],
     );
     file("white.png", ColorType::Grayscale, &[255, 255]);
-    let asset_dir = Folder::of(&folder.path().join("scene"), &ReadOptions::default());
+    let asset_dir = Folder::of(&folder.path().join("scene"));
     let mut report = DiagnosticSink::binary();
     let span = || Span::START;
     let mut library = TextureLibrary::new(&asset_dir);
@@ -136,7 +128,7 @@ fn alpha_counts_before_it_is_made() {
     file("half.png", ColorType::GrayscaleAlpha, &[7, 128]);
     file("grey.png", ColorType::Grayscale, &[7]);
     let refused = |most: u64, name: &str| {
-        let asset_dir = Folder::of(&folder.path().join("scene"), &limit(most));
+        let asset_dir = Folder::of(&folder.path().join("scene")).with_limit(Some(most));
         let mut report = DiagnosticSink::binary();
         let mut library = TextureLibrary::new(&asset_dir);
         let row = library.named(name, sampler(Wrap::Repeat), || Span::START, &mut report);
@@ -166,7 +158,7 @@ fn all_textures_together_are_bounded() {
     };
     file("two.png", 2);
     file("three.png", 3);
-    let asset_dir = Folder::of(&folder.path().join("scene"), &ReadOptions::default());
+    let asset_dir = Folder::of(&folder.path().join("scene"));
     let mut report = DiagnosticSink::binary();
     let span = || Span::START;
     let mut library = TextureLibrary::new(&asset_dir);
