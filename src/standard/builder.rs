@@ -144,7 +144,8 @@ pub enum MaterialDesc {
 }
 
 impl MaterialDesc {
-    /// The document's parameters, in a scene of this ambient level ([`nff_level`](crate::nff_level)).
+    /// The document's parameters, in a scene of this ambient level:
+    /// [`nff_level`](crate::nff_level).
     pub fn to_document(&self, level: f64) -> DocumentMaterial {
         match self {
             MaterialDesc::Nff(material) => material.to_document(level),
