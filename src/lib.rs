@@ -191,10 +191,10 @@
 //! | feature | adds | crates |
 //! |---|---|---|
 //! | none | scenes, the packet tracer, the oracle | 37 |
-//! | `render` | file formats, pictures, whole frames | 101 |
-//! | `bench` | measurements beside other tracers | 114 |
-//! | `cli` | the program | 142 |
-//! | `view` (default) | its page in the browser | 147 |
+//! | `render` | file formats, pictures, whole frames | 102 |
+//! | `bench` | measurements beside other tracers | 115 |
+//! | `cli` | the program | 143 |
+//! | `view` (default) | its page in the browser | 148 |
 //!
 //! An embedder writes `phalanx = { version = "0.1", default-features = false }`, builds for the CPU
 //! it runs on (`RUSTFLAGS="-C target-cpu=native"`), and has the tracer compiled in one piece:

@@ -42,6 +42,8 @@ pub use diagnostics::{Diagnostic, MAX_DIAGNOSTICS};
 pub use folder::foreign;
 #[doc(hidden)]
 pub use mesh::polygon;
+#[doc(hidden)]
+pub use nff::level as nff_level;
 pub use options::ReadOptions;
 pub use origin::Origin;
 #[doc(hidden)]

@@ -10,7 +10,7 @@ use super::hdr_pfm::{write_hdr, write_pfm};
 use super::jpeg::write_jpeg;
 use super::png::write_png;
 use phalanx_files::{WriteSeek, in_memory, replace_file, replace_file_seeking};
-use phalanx_scene::film::{Aovs, Film};
+use phalanx_scene::film::Film;
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -28,9 +28,9 @@ pub fn save_bands(
 ) -> Result<(), PictureError> {
     let mut bands = CheckedBands::new(file, bands.into_iter());
     let written = if file.format.seeks() {
-        replace_file_seeking(path, |out| bands.write_seeking(out, file))
+        replace_file_seeking(path, |out| bands.write_seeking(out))
     } else {
-        replace_file(path, |out| bands.write(out, file))
+        replace_file(path, |out| bands.write(out))
     };
     written.map_err(PictureError::write(path))
 }
@@ -47,35 +47,34 @@ pub fn write_bands(
 ) -> io::Result<()> {
     let mut bands = CheckedBands::new(file, bands.into_iter());
     if file.format.seeks() {
-        out.write_all(&in_memory(|out| bands.write_seeking(out, file))?)?
+        out.write_all(&in_memory(|out| bands.write_seeking(out))?)?
     } else {
-        bands.write(out, file)?
+        bands.write(out)?
     }
     out.flush()
 }
 
 /// Bands that have been checked: each is as wide as the picture, and none reaches below it. If they
 /// end before the picture does, the last item is an error.
-struct CheckedBands<I> {
+struct CheckedBands<'a, I> {
     bands: I,
-    width: u32,
-    aovs: Aovs,
+    file: &'a PictureFile,
     /// Rows that are still to come.
     rows: u32,
 }
 
-impl<I: Iterator<Item = io::Result<Film>>> CheckedBands<I> {
-    fn new(file: &PictureFile, bands: I) -> CheckedBands<I> {
+impl<'a, I: Iterator<Item = io::Result<Film>>> CheckedBands<'a, I> {
+    fn new(file: &'a PictureFile, bands: I) -> CheckedBands<'a, I> {
         CheckedBands {
             bands,
-            width: file.width,
-            aovs: file.aovs,
+            file,
             rows: file.height,
         }
     }
 
     /// Writes a format that needs no seeking.
-    fn write(&mut self, out: &mut dyn Write, file: &PictureFile) -> io::Result<()> {
+    fn write(&mut self, out: &mut dyn Write) -> io::Result<()> {
+        let file = self.file;
         let encoder = Encoder::new(file.exposure);
         let size = (file.width, file.height);
         let bands = self.by_ref();
@@ -100,7 +99,8 @@ impl<I: Iterator<Item = io::Result<Film>>> CheckedBands<I> {
     }
 
     /// Writes a format that needs seeking.
-    fn write_seeking(&mut self, out: &mut dyn WriteSeek, file: &PictureFile) -> io::Result<()> {
+    fn write_seeking(&mut self, out: &mut dyn WriteSeek) -> io::Result<()> {
+        let file = self.file;
         match file.format {
             ImageFormat::Exr => write_exr(out, file, self)?,
             _ => write_pfm(out, file.width, file.height, self)?,
@@ -110,10 +110,10 @@ impl<I: Iterator<Item = io::Result<Film>>> CheckedBands<I> {
 
     fn check(&mut self, film: Film) -> io::Result<Film> {
         let last = film.height == self.rows;
-        if film.width != self.width || film.height > self.rows {
+        if film.width != self.file.width || film.height > self.rows {
             return Err(io::Error::other("a band is not of the picture's size"));
         }
-        if film.aovs != self.aovs {
+        if film.aovs != self.file.aovs {
             return Err(io::Error::other("a band has other layers than the picture"));
         }
         if film.height == 0 || !last && !film.height.is_multiple_of(BAND_ROWS) {
@@ -133,13 +133,12 @@ impl<I: Iterator<Item = io::Result<Film>>> CheckedBands<I> {
     }
 }
 
-impl<I: Iterator<Item = io::Result<Film>>> Iterator for CheckedBands<I> {
+impl<I: Iterator<Item = io::Result<Film>>> Iterator for CheckedBands<'_, I> {
     type Item = io::Result<Film>;
 
     fn next(&mut self) -> Option<io::Result<Film>> {
         match self.bands.next() {
-            Some(Ok(film)) => Some(self.check(film)),
-            Some(Err(error)) => Some(Err(error)),
+            Some(film) => Some(film.and_then(|film| self.check(film))),
             None if self.rows > 0 => Some(Err(io::Error::other("the picture has no more bands"))),
             None => None,
         }
@@ -152,7 +151,7 @@ mod tests {
     use crate::description::Depth;
     use crate::encoder::Exposure;
     use crate::header::PictureHeader;
-    use phalanx_scene::film::Aov;
+    use phalanx_scene::film::{Aov, Aovs};
     use phalanx_scene::{OutputEncoding, Quantize, Transfer};
     use std::fs;
 

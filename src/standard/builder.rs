@@ -1,7 +1,7 @@
 //! The interface that generators of standard scenes draw to, implemented by a scene, a file and a
 //! counter.
 
-use super::mesh_slice::{Prepare, PreparedMesh};
+use super::mesh_slice::{MeshSlice, Prepare, PreparedMesh};
 use glam::DVec3;
 
 /// Builds a standard scene call by call. Numbers are f64 throughout; rounding to f32 happens in the
@@ -38,7 +38,10 @@ pub trait SceneBuilder {
     /// Adds triangles whose corners index `vertices`, counter-clockwise from their fronts. May be
     /// called many times: a generator of millions of triangles passes them in chunks of bounded
     /// size.
-    fn mesh(&mut self, vertices: &[DVec3], triangles: &[[u32; 3]]);
+    fn mesh(&mut self, vertices: &[DVec3], triangles: &[[u32; 3]]) {
+        let mesh = self.preparation()(&[MeshSlice::complete(vertices, triangles)], 0);
+        self.prepared(mesh);
+    }
 
     /// Offers the number of mesh triangles before they come. A builder for which it is enough
     /// (true) receives none of the triangles; any other receives all of them.
@@ -51,15 +54,11 @@ pub trait SceneBuilder {
         1
     }
 
-    /// The part of a mesh's way into this builder that any thread can do. With `None`, meshes come
-    /// through [`SceneBuilder::mesh`]; otherwise the order of calls is the same, with
-    /// [`SceneBuilder::prepared`] in its place.
-    fn preparation(&self) -> Option<Box<Prepare>> {
-        None
-    }
+    /// The part of a mesh's way into this builder that any thread can do.
+    fn preparation(&self) -> Box<Prepare>;
 
-    /// Adds a mesh of [`SceneBuilder::preparation`].
-    fn prepared(&mut self, _mesh: PreparedMesh) {}
+    /// Adds a mesh of [`SceneBuilder::preparation`], in the order of the calls.
+    fn prepared(&mut self, mesh: PreparedMesh);
 }
 
 /// The camera of a standard scene.
@@ -135,13 +134,6 @@ impl StandardLight {
     }
 }
 
-/// NFF's level of light and of ambient light for `lights` lights: √n/(2n). Without any light it is
-/// that of the one light that a reader would add.
-pub fn nff_level(lights: usize) -> f64 {
-    let n = lights.max(1) as f64;
-    n.sqrt() / (2.0 * n)
-}
-
 /// A material, in the terms of NFF or of the design document.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum MaterialDesc {
@@ -152,7 +144,8 @@ pub enum MaterialDesc {
 }
 
 impl MaterialDesc {
-    /// The document's parameters, in a scene of this ambient level ([`nff_level`]).
+    /// The document's parameters, in a scene of this ambient level:
+    /// [`nff_level`](crate::nff_level).
     pub fn to_document(&self, level: f64) -> DocumentMaterial {
         match self {
             MaterialDesc::Nff(material) => material.to_document(level),

@@ -1,6 +1,7 @@
 //! Counts the shapes of a scene.
 
 use super::builder::{MaterialDesc, SceneBuilder, StandardLight, StandardView};
+use super::mesh_slice::{Prepare, PreparedMesh};
 use glam::DVec3;
 
 /// Numbers of the shapes and lights of a scene.
@@ -64,12 +65,16 @@ impl SceneBuilder for ShapeCounter {
         self.polygon_of(points.len());
     }
 
-    fn mesh(&mut self, _: &[DVec3], triangles: &[[u32; 3]]) {
-        self.counts.triangles += triangles.len() as u64;
-    }
-
     fn takes_count(&mut self, triangles: u64) -> bool {
         self.counts.triangles += triangles;
         true
+    }
+
+    fn preparation(&self) -> Box<Prepare> {
+        Box::new(|parts, _| PreparedMesh::sized(parts))
+    }
+
+    fn prepared(&mut self, mesh: PreparedMesh) {
+        self.counts.triangles += mesh.triangles as u64;
     }
 }

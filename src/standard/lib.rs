@@ -19,12 +19,13 @@ mod write;
 
 pub use builder::{
     DocumentMaterial, MaterialDesc, NffMaterial, SceneBuilder, StandardLight, StandardView,
-    nff_level,
 };
 pub use catalogue::{CATALOGUE, Family, Generator, StandardScene};
 pub use count::{ShapeCounter, ShapeCounts};
 pub use memory_builder::MemoryBuilder;
 pub use mesh_slice::{MeshSlice, Prepare, PreparedMesh};
+#[doc(inline)]
+pub use phalanx_formats::nff_level;
 pub use spec::{
     PREFIX, Spec, StandardError, counts, find, generate, parse_size, parse_spec, scene,
 };

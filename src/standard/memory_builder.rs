@@ -1,10 +1,9 @@
 //! A standard scene as a [`Scene`].
 
-use super::builder::{
-    DocumentMaterial, MaterialDesc, SceneBuilder, StandardLight, StandardView, nff_level,
-};
+use super::builder::{DocumentMaterial, MaterialDesc, SceneBuilder, StandardLight, StandardView};
 use super::mesh_slice::{MeshSlice, Prepare, PreparedMesh};
 use glam::{DVec3, Vec3};
+use phalanx_formats::nff_level;
 use phalanx_formats::polygon::triangulate;
 use phalanx_scene::{
     Column, Cone, Material, MaterialTable, Mesh, MeshMaterial, NO_TEXTURE, Scene, View,
@@ -116,10 +115,6 @@ impl SceneBuilder for MemoryBuilder {
         }
     }
 
-    fn mesh(&mut self, vertices: &[DVec3], triangles: &[[u32; 3]]) {
-        self.prepared(prepare(&[MeshSlice::complete(vertices, triangles)]));
-    }
-
     fn takes_count(&mut self, triangles: u64) -> bool {
         let (columns, rows) = (&mut self.scene.triangles, triangles as usize);
         columns.corners.reserve(rows);
@@ -134,8 +129,8 @@ impl SceneBuilder for MemoryBuilder {
         self.threads
     }
 
-    fn preparation(&self) -> Option<Box<Prepare>> {
-        Some(Box::new(|parts, _| prepare(parts)))
+    fn preparation(&self) -> Box<Prepare> {
+        Box::new(|parts, _| prepare(parts))
     }
 
     fn prepared(&mut self, prepared: PreparedMesh) {

@@ -137,10 +137,6 @@ impl SceneBuilder for Tessellate<'_> {
         self.inner.patch(points);
     }
 
-    fn mesh(&mut self, vertices: &[DVec3], triangles: &[[u32; 3]]) {
-        self.inner.mesh(vertices, triangles);
-    }
-
     fn takes_count(&mut self, triangles: u64) -> bool {
         self.inner.takes_count(triangles)
     }
@@ -149,7 +145,7 @@ impl SceneBuilder for Tessellate<'_> {
         self.inner.threads()
     }
 
-    fn preparation(&self) -> Option<Box<Prepare>> {
+    fn preparation(&self) -> Box<Prepare> {
         self.inner.preparation()
     }
 

@@ -96,28 +96,14 @@ fn first_four(bytes: &[u8]) -> [u8; 4] {
     [bytes[0], bytes[1], bytes[2], bytes[3]]
 }
 
-/// Number of components of a type, by its name.
-fn width_of(kind: &str) -> Option<usize> {
-    Some(match kind {
-        "SCALAR" => 1,
-        "VEC2" => 2,
-        "VEC3" => 3,
-        "VEC4" => 4,
-        "MAT4" => 16,
-        _ => return None,
-    })
-}
-
-/// Name of a type of this number of components.
-fn type_of(width: usize) -> &'static str {
-    match width {
-        1 => "SCALAR",
-        2 => "VEC2",
-        3 => "VEC3",
-        4 => "VEC4",
-        _ => "MAT4",
-    }
-}
+/// Names of types, and their numbers of components.
+const TYPES: [(&str, usize); 5] = [
+    ("SCALAR", 1),
+    ("VEC2", 2),
+    ("VEC3", 3),
+    ("VEC4", 4),
+    ("MAT4", 16),
+];
 
 /// Number of rows that an accessor without a buffer view may have beyond the bytes of all buffers.
 /// They are zeros, and cost nothing.
@@ -171,11 +157,12 @@ impl<'a> Accessor<'a> {
     ) -> Result<Accessor<'a>, String> {
         let accessor = source.document.accessors.get(row);
         let accessor = accessor.ok_or_else(|| format!("there is no accessors[{row}]"))?;
-        let opened = match width_of(&accessor.kind).filter(|width| widths.contains(width)) {
-            Some(width) => Accessor::checked(source, row, accessor, width),
+        let types = TYPES.iter().filter(|(_, width)| widths.contains(width));
+        let opened = match types.clone().find(|(name, _)| *name == accessor.kind) {
+            Some(&(_, width)) => Accessor::checked(source, row, accessor, width),
             None => {
-                let types: Vec<&str> = widths.iter().map(|&width| type_of(width)).collect();
-                Err(format!("its type should be {}", types.join(" or ")))
+                let names: Vec<&str> = types.map(|(name, _)| *name).collect();
+                Err(format!("its type should be {}", names.join(" or ")))
             }
         };
         opened.map_err(|reason| format!("accessors[{row}]: {reason}"))

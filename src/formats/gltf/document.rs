@@ -55,15 +55,15 @@ pub(super) struct LightList {
     pub(super) lights: Vec<GltfLight>,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, Default)]
+#[serde(default)]
 pub(super) struct GltfLight {
     #[serde(default = "white")]
     pub(super) color: [f64; 3],
     #[serde(default = "one")]
     pub(super) intensity: f64,
-    #[serde(default, rename = "type")]
+    #[serde(rename = "type")]
     pub(super) kind: String,
-    #[serde(default)]
     pub(super) spot: SpotAngles,
     pub(super) range: Option<IgnoredAny>,
 }
@@ -149,17 +149,15 @@ pub(super) struct GltfSkin {
     pub(super) inverse_bind_matrices: Option<usize>,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, Default)]
+#[serde(default)]
 pub(super) struct Primitive {
-    #[serde(default)]
     pub(super) attributes: BTreeMap<String, usize>,
     pub(super) indices: Option<usize>,
     pub(super) material: Option<usize>,
     #[serde(default = "triangles")]
     pub(super) mode: u32,
-    #[serde(default)]
     pub(super) targets: Vec<BTreeMap<String, usize>>,
-    #[serde(default)]
     pub(super) extensions: PrimitiveExtensions,
 }
 
@@ -308,16 +306,14 @@ pub(super) struct PbrMetallicRoughness {
     pub(super) metallic_roughness_texture: Option<TextureInfo>,
 }
 
-#[derive(Deserialize, Clone)]
-#[serde(rename_all = "camelCase")]
+#[derive(Deserialize, Default, Clone)]
+#[serde(default, rename_all = "camelCase")]
 pub(super) struct TextureInfo {
     pub(super) index: Option<usize>,
-    #[serde(default)]
     pub(super) tex_coord: u32,
     /// Factor of a normal texture's components along the surface.
     #[serde(default = "one")]
     pub(super) scale: f64,
-    #[serde(default)]
     pub(super) extensions: TextureInfoExtensions,
 }
 
@@ -328,12 +324,10 @@ pub(super) struct TextureInfoExtensions {
     pub(super) transform: Option<TextureTransform>,
 }
 
-#[derive(Deserialize, Clone)]
-#[serde(rename_all = "camelCase")]
+#[derive(Deserialize, Default, Clone)]
+#[serde(default, rename_all = "camelCase")]
 pub(super) struct TextureTransform {
-    #[serde(default)]
     pub(super) offset: [f64; 2],
-    #[serde(default)]
     pub(super) rotation: f64,
     #[serde(default = "white")]
     pub(super) scale: [f64; 2],

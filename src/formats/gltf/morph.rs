@@ -8,8 +8,8 @@ use glam::DVec3;
 /// A morph target whose weight is not zero.
 pub(super) struct MorphTarget<'a> {
     weight: f64,
-    position: Option<Accessor<'a>>,
-    normal: Option<Accessor<'a>>,
+    pub(super) position: Option<Accessor<'a>>,
+    pub(super) normal: Option<Accessor<'a>>,
     uv: Option<Accessor<'a>>,
     color: Option<Accessor<'a>>,
 }
@@ -60,26 +60,19 @@ impl<'a> MorphTarget<'a> {
     }
 }
 
-/// A position after all displacements.
+/// A vector, such as a position, after the displacements in one attribute of the targets.
 #[inline]
-pub(super) fn position(targets: &[MorphTarget], row: usize, start: DVec3) -> DVec3 {
+pub(super) fn vector<'a>(
+    targets: &[MorphTarget<'a>],
+    attribute: impl Fn(&MorphTarget<'a>) -> Option<Accessor<'a>>,
+    row: usize,
+    start: DVec3,
+) -> DVec3 {
     targets.iter().fold(start, |sum, target| {
-        sum + displacement(target.weight, target.position, row)
+        let rows = attribute(target);
+        let moved = rows.map(|rows| DVec3::from_array(rows.get(row).map(f64::from)));
+        sum + target.weight * moved.unwrap_or_default()
     })
-}
-
-/// A normal after all displacements, of any length.
-#[inline]
-pub(super) fn normal(targets: &[MorphTarget], row: usize, start: DVec3) -> DVec3 {
-    targets.iter().fold(start, |sum, target| {
-        sum + displacement(target.weight, target.normal, row)
-    })
-}
-
-#[inline]
-fn displacement(weight: f64, rows: Option<Accessor>, row: usize) -> DVec3 {
-    let moved = rows.map(|rows| DVec3::from_array(rows.get(row).map(f64::from)));
-    weight * moved.unwrap_or_default()
 }
 
 /// Texture coordinates after all displacements.

@@ -326,21 +326,5 @@ pub(super) fn file_name(uri: &str, asset_dir: &Folder) -> String {
 
 /// Bytes of a text in which `%` begins a byte in hexadecimal.
 fn percent_decoded(text: &str) -> Vec<u8> {
-    let (mut bytes, mut rest) = (Vec::with_capacity(text.len()), text.as_bytes());
-    let digit = |byte: u8| char::from(byte).to_digit(16);
-    while let [first, after @ ..] = rest {
-        rest = after;
-        let pair = match (first, after) {
-            (b'%', [high, low, ..]) => digit(*high).zip(digit(*low)),
-            _ => None,
-        };
-        match pair {
-            Some((high, low)) => {
-                bytes.push((16 * high + low) as u8);
-                rest = &after[2..];
-            }
-            None => bytes.push(*first),
-        }
-    }
-    bytes
+    percent_encoding::percent_decode_str(text).collect()
 }

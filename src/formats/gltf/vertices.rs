@@ -140,22 +140,32 @@ impl<'a> PrimitiveVertices<'a> {
 
     /// Calls `put` with the position of each of the rows, and its index among them.
     #[inline]
-    pub(super) fn each_position(&self, rows: &[u32], mut put: impl FnMut(usize, DVec3)) {
-        self.positions.each(rows, |k, own| {
-            let own = Vec3::from_array(own).as_dvec3();
-            put(k, morph::position(&self.targets, rows[k] as usize, own));
-        });
+    pub(super) fn each_position(&self, rows: &[u32], put: impl FnMut(usize, DVec3)) {
+        self.each_vector(&self.positions, |target| target.position, rows, put);
     }
 
     /// The same for normals of any length, if there are any.
     #[inline]
-    pub(super) fn each_normal(&self, rows: &[u32], mut put: impl FnMut(usize, DVec3)) {
-        let Some(normals) = &self.normals else {
-            return;
-        };
-        normals.each(rows, |k, own| {
+    pub(super) fn each_normal(&self, rows: &[u32], put: impl FnMut(usize, DVec3)) {
+        if let Some(normals) = &self.normals {
+            self.each_vector(normals, |target| target.normal, rows, put);
+        }
+    }
+
+    #[inline]
+    fn each_vector(
+        &self,
+        vectors: &Accessor,
+        attribute: impl Fn(&MorphTarget<'a>) -> Option<Accessor<'a>>,
+        rows: &[u32],
+        mut put: impl FnMut(usize, DVec3),
+    ) {
+        vectors.each(rows, |k, own| {
             let own = Vec3::from_array(own).as_dvec3();
-            put(k, morph::normal(&self.targets, rows[k] as usize, own));
+            put(
+                k,
+                morph::vector(&self.targets, &attribute, rows[k] as usize, own),
+            );
         });
     }
 

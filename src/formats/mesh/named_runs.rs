@@ -1,5 +1,6 @@
 //! Names of triangles, from the statements of a file that change them.
 
+use crate::diagnostics::Span;
 use phalanx_scene::{NO_NAME, NameTable};
 
 /// Changes of a name, ascending: the first triangle that has it, and its number.
@@ -16,13 +17,17 @@ pub(crate) fn change<T>(changes: &mut Vec<(usize, T)>, first: usize, state: T) {
     }
 }
 
-/// Names the triangles of a scene of nothing else by the changes of their objects and materials.
+/// Names the triangles of a scene of nothing else by the changes of their objects, which are spans
+/// of `bytes`, and of their materials.
 pub(crate) fn name(
     names: &mut NameTable,
-    objects: &NameChanges,
+    (bytes, objects): (&[u8], Vec<(usize, Span)>),
     materials: &NameChanges,
     triangles: usize,
 ) {
+    let objects = objects.into_iter();
+    let objects = objects.map(|(first, name)| (first, names.intern(&bytes[name.range()])));
+    let objects: NameChanges = objects.collect();
     let changes = objects.iter().chain(materials);
     let mut starts: Vec<usize> = changes.map(|change| change.0).chain([triangles]).collect();
     starts.sort_unstable();
@@ -33,7 +38,7 @@ pub(crate) fn name(
     };
     for run in starts.windows(2) {
         let [first, end] = [run[0], run[1]].map(|row| row.min(triangles) as u32);
-        let [object, material] = [objects, materials].map(|changes| name_of(changes, run[0]));
+        let [object, material] = [&objects, materials].map(|changes| name_of(changes, run[0]));
         names.name_run(first..end, object, Some(material));
     }
 }

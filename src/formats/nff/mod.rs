@@ -12,4 +12,5 @@ mod records;
 mod shapes;
 mod view;
 
+pub use reader::level;
 pub(super) use reader::read;

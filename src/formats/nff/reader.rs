@@ -99,9 +99,9 @@ impl NffReader<'_> {
     }
 }
 
-/// The databases' intensity of a light and of ambient light where there are `lights` lights:
-/// √n/(2n). Without any light it is that of the one light that is added then.
-fn level(lights: usize) -> f64 {
+/// NFF's level of light and of ambient light for `lights` lights: √n/(2n). Without any light it is
+/// that of the one light that is added then.
+pub fn level(lights: usize) -> f64 {
     let n = lights.max(1) as f64;
     n.sqrt() / (2.0 * n)
 }

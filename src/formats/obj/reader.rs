@@ -32,9 +32,10 @@ pub(crate) fn read(
     match (read, first_nul(bytes)) {
         // One error instead of many about lines that are none.
         (Err(ReadStop::Wrong(_)), Some(nul)) => {
-            let mut report = DiagnosticSink::binary();
-            report.error(Span::at(nul), "this is not text: a Windows object file?");
-            Err(ReadStop::of(report))
+            let message = "this is not text: a Windows object file?";
+            Err(DiagnosticSink::binary()
+                .refuse(Span::at(nul), message)
+                .into())
         }
         (read, _) => read,
     }
@@ -56,8 +57,7 @@ fn read_in_chunks(
     let threads = workers::thread_count(options.threads);
     let mut report = DiagnosticSink::new(bytes);
     if bytes.trim_ascii().is_empty() {
-        report.error(Span::START, "the file is empty");
-        return Err(ReadStop::of(report));
+        return Err(report.refuse(Span::START, "the file is empty").into());
     }
     let moved = options.origin.offset();
     let memory = asset_dir.memory();
@@ -102,11 +102,8 @@ fn read_in_chunks(
         );
         joined.material = materials.rows;
         notes = on_textures;
-        let names = &mut scene.names;
-        let objects = changes.objects.iter();
-        let objects = objects.map(|&(first, name)| (first, names.intern(&bytes[name.range()])));
-        let objects = objects.collect();
-        named_runs::name(names, &objects, &material_names, triangles);
+        let objects = (bytes, changes.objects);
+        named_runs::name(&mut scene.names, objects, &material_names, triangles);
         remarks::warn_unplaced(&scene, &joined, &mut report);
         uv_baking::bake(&mut joined, &materials.transformed, memory)?;
         smoothing::smooth(&mut joined, &changes.smoothing, memory)?;

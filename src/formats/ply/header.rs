@@ -72,8 +72,8 @@ impl PropertyKind {
 
     /// Returns true if it is one number, which single precision holds without rounding.
     pub(super) fn is_single(self) -> bool {
-        let double = matches!(self, PropertyKind::One(Type::F64 | Type::I32 | Type::U32));
-        !double && !matches!(self, PropertyKind::List { .. })
+        use Type::{F32, I8, I16, U8, U16};
+        matches!(self, PropertyKind::One(I8 | U8 | I16 | U16 | F32))
     }
 }
 
@@ -129,10 +129,6 @@ impl Element {
         let is_list = |p: &Property| matches!(p.kind, PropertyKind::List { .. });
         self.properties.iter().position(|p| named(p) && is_list(p))
     }
-
-    pub(super) fn quoted_name(&self) -> String {
-        quoted_bytes(&self.name)
-    }
 }
 
 #[derive(Debug)]
@@ -170,19 +166,12 @@ struct HeaderLines<'a> {
 
 impl<'a> HeaderLines<'a> {
     fn new(bytes: &'a [u8]) -> HeaderLines<'a> {
-        let first = memchr::memchr2(b'\n', b'\r', bytes);
-        let line_end = match first {
-            Some(position)
-                if bytes[position] == b'\r' && bytes.get(position + 1) != Some(&b'\n') =>
-            {
-                b'\r'
-            }
-            _ => b'\n',
-        };
+        let first = memchr::memchr2(b'\n', b'\r', bytes).unwrap_or(bytes.len());
+        let is_cr = bytes[first..].starts_with(b"\r") && !bytes[first..].starts_with(b"\r\n");
         HeaderLines {
             bytes,
             at: mark_length(bytes),
-            line_end,
+            line_end: if is_cr { b'\r' } else { b'\n' },
         }
     }
 }
@@ -212,19 +201,15 @@ const MAX_PICTURES: usize = 1000;
 type HeaderWord<'a> = (Span, &'a [u8]);
 
 fn words(bytes: &[u8], line: Span) -> Vec<HeaderWord<'_>> {
-    let end = line.end();
-    let mut position = line.offset;
-    let mut words = Vec::new();
-    while position < end && words.len() < MAX_WORDS {
-        let blank = |b: &&u8| b.is_ascii_whitespace();
-        let offset = position + bytes[position..end].iter().take_while(blank).count();
-        let length = bytes[offset..end].iter().take_while(|b| !blank(b)).count();
-        if length > 0 {
-            words.push((Span::new(offset, length), &bytes[offset..offset + length]));
-        }
-        position = offset + length;
-    }
-    words
+    let mut offset = line.offset;
+    let words = bytes[line.range()].split(u8::is_ascii_whitespace);
+    let words = words.map(|word| {
+        let span = Span::new(offset, word.len());
+        offset = span.end() + 1;
+        (span, word)
+    });
+    let words = words.filter(|(_, word)| !word.is_empty());
+    words.take(MAX_WORDS).collect()
 }
 
 /// The name of a picture, which may hold blanks, in a comment that gives one.

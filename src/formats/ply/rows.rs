@@ -3,7 +3,7 @@
 use super::colors::FaceColors;
 use super::header::Element;
 use super::uvs::FaceUvs;
-use crate::diagnostics::{ChunkRemarks, DiagnosticSink, ParseError, Span};
+use crate::diagnostics::{ChunkRemarks, DiagnosticSink, ParseError, Span, quoted_bytes};
 use crate::mesh::chunk::{MeshChunk, merge as merge_chunks};
 use crate::mesh::{self, PolygonMesh};
 use phalanx_scene::Vec3s;
@@ -166,7 +166,7 @@ pub(super) fn out_of_range(corner: i64, vertices: u64, span: Span) -> ParseError
 
 /// The error of fewer rows than the header declares; `row` counts from 0.
 pub(super) fn too_short(element: &Element, row: u64, end: usize) -> ParseError {
-    let (name, count) = (element.quoted_name(), element.count);
+    let (name, count) = (quoted_bytes(&element.name), element.count);
     let span = Span::at(end);
     ParseError::new(
         span,

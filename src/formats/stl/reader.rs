@@ -72,10 +72,7 @@ fn read_in_chunks(
     let bytes_of_names = solids.len() as u64 * NAME_BYTES;
     memory.take(bytes_of_names, "for the names of the file's solids")?;
     let mut scene = scene_for(&joined, options);
-    let solids = solids.into_iter();
-    let solids = solids.map(|(offset, name)| (offset, scene.names.intern(&bytes[name.range()])));
-    let solids = solids.collect();
-    named_runs::name(&mut scene.names, &solids, &Vec::new(), soup.len());
+    named_runs::name(&mut scene.names, (bytes, solids), &Vec::new(), soup.len());
     mesh::finish(scene, joined, options, report)
 }
 

@@ -9,9 +9,10 @@ use crate::diagnostics::Span;
 use crate::mesh::faces::{Faces, VERTEX};
 use crate::mesh::{self, NotFinite, PolygonMesh};
 use crate::text::workers;
+use foldhash::quality::RandomState;
 use phalanx_scene::Vec3s;
 use std::collections::HashMap;
-use std::hash::{BuildHasher, BuildHasherDefault, Hasher, RandomState};
+use std::hash::BuildHasher;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 /// Triangles over shared vertices.
@@ -83,78 +84,21 @@ fn first_corners(
     corner: &(impl Fn(usize) -> [u32; 3] + Sync),
 ) -> Vec<u32> {
     let count = facets * 3;
-    let keys = RandomState::new();
-    let seed = [keys.hash_one(0), keys.hash_one(1) | 1];
+    let hasher = RandomState::default();
     let shares = threads.clamp(1, 64) as u64;
     let firsts: Vec<AtomicU32> = std::iter::repeat_with(|| AtomicU32::new(0))
         .take(count)
         .collect();
     workers::map(threads, (0..shares).collect(), |share| {
-        let mut seen: HashMap<WeldKey, u32, BuildHasherDefault<PrecomputedHasher>> =
-            HashMap::default();
+        let mut seen = HashMap::with_hasher(hasher.clone());
         for (index, slot) in firsts.iter().enumerate() {
             let bits = corner(index);
-            let hash = hash(bits, seed);
             // The lower bits choose the share, the upper ones the slot in its table.
-            if ((hash & 0xffff_ffff) * shares) >> 32 == share {
-                let first = seen.entry(WeldKey { hash, bits }).or_insert(index as u32);
+            if ((hasher.hash_one(bits) & 0xffff_ffff) * shares) >> 32 == share {
+                let first = seen.entry(bits).or_insert(index as u32);
                 slot.store(*first, Ordering::Relaxed);
             }
         }
     });
     firsts.into_iter().map(AtomicU32::into_inner).collect()
-}
-
-/// A corner with its hash, which is computed once.
-struct WeldKey {
-    hash: u64,
-    bits: [u32; 3],
-}
-
-impl PartialEq for WeldKey {
-    fn eq(&self, other: &WeldKey) -> bool {
-        self.bits == other.bits
-    }
-}
-
-impl Eq for WeldKey {}
-
-impl std::hash::Hash for WeldKey {
-    fn hash<H: Hasher>(&self, state: &mut H) {
-        state.write_u64(self.hash);
-    }
-}
-
-/// Hasher that returns a given hash unchanged.
-#[derive(Default)]
-struct PrecomputedHasher(u64);
-
-impl Hasher for PrecomputedHasher {
-    fn finish(&self) -> u64 {
-        self.0
-    }
-
-    fn write(&mut self, bytes: &[u8]) {
-        bytes
-            .iter()
-            .for_each(|&b| self.0 = self.0 << 8 | u64::from(b));
-    }
-
-    fn write_u64(&mut self, hash: u64) {
-        self.0 = hash;
-    }
-}
-
-#[inline]
-fn hash(bits: [u32; 3], seed: [u64; 2]) -> u64 {
-    let [x, y, z] = bits.map(u64::from);
-    let once = folded((x | y << 32) ^ seed[0], seed[1]);
-    folded(once ^ z, 0x9e37_79b9_7f4a_7c15)
-}
-
-/// Combines both halves of the product, so that every input bit affects every output bit.
-#[inline]
-fn folded(a: u64, b: u64) -> u64 {
-    let product = u128::from(a) * u128::from(b);
-    product as u64 ^ (product >> 64) as u64
 }

@@ -1,6 +1,9 @@
 //! Parses numbers at a position of a text: correctly rounded, and fast for the numbers of few
 //! digits that are typical of mesh files.
 
+use fast_float2::FastFloat;
+use std::ops::Neg;
+
 /// Number of decimal digits that always fit a `u64`.
 const DIGITS: usize = 19;
 /// Integers up to here are exact in f64.
@@ -28,7 +31,7 @@ pub(crate) fn float(text: &[u8], offset: usize) -> (f32, usize) {
     }
     let exponent = matches!(text.get(i), Some(b'e' | b'E'));
     if count == 0 || count > DIGITS || mantissa > EXACT || scale >= POWERS.len() || exponent {
-        return uncommon(text, offset, start, negative);
+        return uncommon(text, offset);
     }
     // Both are exact, so the quotient is the f64 nearest to the number. Rounding that to f32 goes
     // wrong in only two cases: it is half-way between two f32s and the number is not exactly there,
@@ -36,7 +39,7 @@ pub(crate) fn float(text: &[u8], offset: usize) -> (f32, usize) {
     let wide = mantissa as f64 / POWERS[scale];
     let half_way = wide.to_bits() & 0x1fff_ffff == 0x1000_0000;
     if half_way || (wide < f64::from(f32::MIN_POSITIVE) && mantissa != 0) {
-        return uncommon(text, offset, start, negative);
+        return uncommon(text, offset);
     }
     let value = wide as f32;
     (if negative { -value } else { value }, i)
@@ -45,19 +48,7 @@ pub(crate) fn float(text: &[u8], offset: usize) -> (f32, usize) {
 /// The number and its end as [`float`] returns them, in double precision.
 #[inline]
 pub(crate) fn double(text: &[u8], offset: usize) -> (f64, usize) {
-    let start = offset + usize::from(matches!(text.get(offset), Some(b'+' | b'-')));
-    // A second sign is no part of a number.
-    if matches!(text.get(start), Some(b'+' | b'-')) {
-        return (0.0, offset);
-    }
-    let rest = text.get(start..).unwrap_or_default();
-    match fast_float2::parse_partial::<f64, _>(rest) {
-        Ok((value, length)) if length > 0 => {
-            let negative = text.get(offset) == Some(&b'-');
-            (if negative { -value } else { value }, start + length)
-        }
-        _ => (0.0, offset),
-    }
+    parsed(text, offset)
 }
 
 /// Continues `value` with the digits from `offset`. It wraps if there are too many.
@@ -77,18 +68,21 @@ fn digits(text: &[u8], offset: usize, mut value: u64) -> (u64, usize) {
 
 /// Handles exponents, many digits, and numbers that are not finite.
 #[cold]
-fn uncommon(text: &[u8], offset: usize, start: usize, negative: bool) -> (f32, usize) {
+fn uncommon(text: &[u8], offset: usize) -> (f32, usize) {
+    parsed(text, offset)
+}
+
+fn parsed<T: FastFloat + Default + Neg<Output = T>>(text: &[u8], offset: usize) -> (T, usize) {
+    let sign = text.get(offset).filter(|sign| matches!(sign, b'+' | b'-'));
+    let start = offset + usize::from(sign.is_some());
     let rest = text.get(start..).unwrap_or_default();
-    // A second sign is no part of a number.
-    if matches!(rest.first(), Some(b'+' | b'-')) {
-        return (0.0, offset);
-    }
-    match fast_float2::parse_partial::<f32, _>(rest) {
-        Ok((value, length)) if length > 0 => {
-            let value = if negative { -value } else { value };
+    match fast_float2::parse_partial::<T, _>(rest) {
+        // A second sign is no part of a number.
+        Ok((value, length)) if length > 0 && !matches!(rest[0], b'+' | b'-') => {
+            let value = if sign == Some(&b'-') { -value } else { value };
             (value, start + length)
         }
-        _ => (0.0, offset),
+        _ => (T::default(), offset),
     }
 }
 

@@ -1,8 +1,8 @@
 //! PNG: the header, and plain messages for faults.
 
-use super::{CheckSides, TOO_SHORT};
+use super::{CheckSides, io_reason};
 use ::png::{ColorType, Decoder, DecodingError, Reader, Transformations};
-use std::io::{BufRead, ErrorKind, Seek};
+use std::io::{BufRead, Seek};
 
 /// A decoder that has read all before the first row, which checks neither the text around the
 /// picture nor its colour profile.
@@ -37,10 +37,7 @@ pub fn finish<R: BufRead + Seek>(reader: &mut Reader<R>) -> Result<(), String> {
 pub fn plain(error: DecodingError) -> String {
     const DEFLATE: &str = "Corrupt deflate stream";
     let mut message = match error {
-        DecodingError::IoError(e) if e.kind() == ErrorKind::UnexpectedEof => {
-            return TOO_SHORT.into();
-        }
-        DecodingError::IoError(e) => return e.to_string(),
+        DecodingError::IoError(e) => return io_reason(&e),
         other => other.to_string(),
     };
     if message.starts_with(DEFLATE) {

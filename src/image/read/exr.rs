@@ -7,7 +7,7 @@ use super::bytes::PictureBytes;
 use super::layout::{
     OpenedPicture, PictureChannel, PictureLayout, RowReader, SampleKind, SamplePlanes, check_sides,
 };
-use crate::decoders::TOO_SHORT;
+use crate::decoders::{TOO_SHORT, io_reason};
 use exr::block::UncompressedBlock;
 use exr::block::chunk::Chunk;
 use exr::error::Error;
@@ -20,7 +20,6 @@ use phalanx_scene::film::current_channel_name;
 use phalanx_scene::on_pool;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, HashSet};
-use std::io::ErrorKind;
 use std::ops::Range;
 
 /// Maximum number of channels of a file.
@@ -327,8 +326,7 @@ fn copy_samples(target: &mut [u32], data: &[u8], kind: SampleType) {
 /// The crate's message in plain words.
 fn plain(error: Error) -> String {
     match error {
-        Error::Io(e) if e.kind() == ErrorKind::UnexpectedEof => TOO_SHORT.into(),
-        Error::Io(e) => e.to_string(),
+        Error::Io(e) => io_reason(&e),
         Error::NotSupported(what) => format!("it is of a kind that is not read: {what}"),
         Error::Invalid(what) => format!("it is broken: {what}"),
         Error::Aborted => "its decoder stopped".into(),

@@ -4,10 +4,10 @@
 use super::super::format::ImageFormat;
 use super::bytes::{PictureBytes, ReadSeek};
 use super::layout::{OpenedPicture, PictureLayout, RowReader, SamplePlanes, check_sides};
-use crate::decoders::TOO_SHORT;
+use crate::decoders::io_reason;
 use ::image::codecs::hdr::HdrDecoder;
 use ::image::{ImageDecoder, ImageError};
-use std::io::{BufRead, Cursor, ErrorKind, Read};
+use std::io::{BufRead, Cursor, Read};
 use std::ops::Range;
 
 /// Maximum number of bytes of a header.
@@ -109,8 +109,7 @@ impl RowReader for HdrRows {
 /// The crate's message in plain words.
 fn plain(error: ImageError) -> String {
     match error {
-        ImageError::IoError(e) if e.kind() == ErrorKind::UnexpectedEof => TOO_SHORT.into(),
-        ImageError::IoError(e) => e.to_string(),
+        ImageError::IoError(e) => io_reason(&e),
         ImageError::Unsupported(_) => {
             "its rows or pixels are in another order or encoding than -Y +X and rgbe: save it anew"
                 .into()

@@ -16,8 +16,6 @@ type PngDecoder = ::png::Reader<Box<dyn ReadSeek>>;
 pub(super) struct PngRows {
     bytes: PictureBytes,
     decoder: PngDecoder,
-    width: u32,
-    height: u32,
     /// The row that comes next.
     next: u32,
     /// All bytes of an interlaced picture, once they are decoded.
@@ -31,8 +29,6 @@ pub(super) fn open_png(bytes: PictureBytes) -> OpenedPicture {
     let rows = PngRows {
         bytes,
         decoder,
-        width,
-        height,
         next: 0,
         decoded: None,
     };
@@ -49,7 +45,8 @@ impl PngRows {
 
     /// All bytes of an interlaced picture.
     fn decode_whole(&mut self) -> Result<Vec<u8>, String> {
-        check_whole(self.width, self.height)?;
+        let (width, height) = self.decoder.info().size();
+        check_whole(width, height)?;
         let size = self.decoder.output_buffer_size();
         let mut bytes = vec![0; size.ok_or("it is too large")?];
         self.decoder.next_frame(&mut bytes).map_err(plain)?;
@@ -62,7 +59,7 @@ impl PngRows {
         let row = self.decoder.next_row().map_err(plain)?;
         let row = row.ok_or(TOO_SHORT)?.data().to_vec();
         self.next += 1;
-        if self.next == self.height {
+        if self.next == self.decoder.info().height {
             finish(&mut self.decoder)?;
         }
         Ok(row)
@@ -77,7 +74,7 @@ impl RowReader for PngRows {
                 Some(image) => image,
                 None => self.decode_whole()?,
             };
-            let row = image.len() / self.height as usize;
+            let row = image.len() / self.decoder.info().height as usize;
             let range = rows.start as usize * row..rows.end as usize * row;
             push_row(planes, &image[range], samples, wide);
             self.decoded = Some(image);

@@ -9,7 +9,7 @@ use super::chunks::{MaterialChunk, OpenChunks};
 use super::mesh_builder::{MeshBuilder, NONE, count, draw_sections};
 use super::section::SceneSection;
 use crate::builder::{DocumentMaterial, MaterialDesc, SceneBuilder};
-use crate::mesh_slice::{MeshSlice, Prepare, PreparedMesh};
+use crate::mesh_slice::{Prepare, PreparedMesh};
 use phalanx_scene::thread_count;
 use std::collections::{BTreeMap, VecDeque};
 use std::ops::Range;
@@ -33,11 +33,8 @@ pub(super) fn draw(
     }
     let palette: Vec<_> = palette.into_iter().map(MaterialDesc::Document).collect();
     let prepare = builder.preparation();
-    let threads = match (builder.threads(), &prepare) {
-        (_, None) => 1,
-        (requested, Some(_)) => thread_count(requested),
-    };
-    let assembly = Assembly::new(triangles, threads, prepare.as_deref());
+    let threads = thread_count(builder.threads());
+    let assembly = Assembly::new(triangles, threads, &*prepare);
     std::thread::scope(|scope| {
         for _ in 1..threads.min(assembly.sections) {
             let work = || assembly.work(&scene, None);
@@ -48,27 +45,15 @@ pub(super) fn draw(
             }
         }
         let mut deliver = |ready: Ready| {
-            builder.material(&palette[ready.chunk.material]);
-            match ready.mesh {
-                Some(mesh) => builder.prepared(mesh),
-                None => deliver_mesh(builder, &ready.chunk.parts()),
-            }
+            builder.material(&palette[ready.material]);
+            builder.prepared(ready.mesh);
         };
         assembly.work(&scene, Some(&mut deliver));
     });
 }
 
-fn deliver_mesh(builder: &mut dyn SceneBuilder, parts: &[MeshSlice]) {
-    let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
-    for part in parts {
-        vertices.extend_from_slice(part.vertices());
-        triangles.extend(part.triangles(0));
-    }
-    builder.mesh(&vertices, &triangles);
-}
-
 struct Assembly<'a> {
-    prepare: Option<&'a Prepare>,
+    prepare: &'a Prepare,
     threads: usize,
     /// Number of sections, and of the triangles in each.
     sections: usize,
@@ -95,17 +80,17 @@ struct AssemblyState {
     stopped: bool,
 }
 
-/// A chunk to be delivered: prepared, or with its parts.
+/// A prepared chunk, to be delivered.
 struct Ready {
-    chunk: MaterialChunk,
-    mesh: Option<PreparedMesh>,
+    material: usize,
+    mesh: PreparedMesh,
 }
 
 /// Passes a chunk to the builder, on the calling thread.
 type Deliver<'a> = &'a mut dyn FnMut(Ready);
 
 impl Assembly<'_> {
-    fn new(triangles: u64, threads: usize, prepare: Option<&Prepare>) -> Assembly<'_> {
+    fn new(triangles: u64, threads: usize, prepare: &Prepare) -> Assembly<'_> {
         let size = (triangles / SECTIONS).clamp(SECTION.0, SECTION.1);
         Assembly {
             prepare,
@@ -152,7 +137,12 @@ impl Assembly<'_> {
                 let number = state.started;
                 state.started += 1;
                 drop(state);
-                let ready = self.prepared(chunk);
+                let ready = Ready {
+                    material: chunk.material,
+                    mesh: (self.prepare)(&chunk.parts(), chunk.first_vertex),
+                };
+                // Its sections are freed without the lock.
+                drop(chunk);
                 state = self.lock();
                 state.ready.insert(number, ready);
                 self.changed.notify_all();
@@ -169,15 +159,6 @@ impl Assembly<'_> {
             }
         }
         None
-    }
-
-    fn prepared(&self, mut chunk: MaterialChunk) -> Ready {
-        let prepare = |prepare: &Prepare| prepare(&chunk.parts(), chunk.first_vertex);
-        let mesh = self.prepare.map(prepare);
-        if mesh.is_some() {
-            chunk.release();
-        }
-        Ready { chunk, mesh }
     }
 
     /// Takes in a drawn section. As soon as all before it are there, it is cut into chunks.

@@ -53,11 +53,6 @@ impl MaterialChunk {
         self.triangles += to.triangles - from.triangles;
     }
 
-    /// Frees the memory of its triangles.
-    pub(super) fn release(&mut self) {
-        self.parts = Vec::new();
-    }
-
     /// The parts, as builders prepare them.
     pub(super) fn parts(&self) -> Vec<MeshSlice<'_>> {
         self.parts.iter().map(ChunkPart::borrowed).collect()

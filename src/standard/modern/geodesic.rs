@@ -69,49 +69,39 @@ pub(super) fn sphere(mesh: &mut MeshBuilder, frequency: usize, position: impl Fn
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::builder::{
-        DocumentMaterial, MaterialDesc, SceneBuilder, StandardLight, StandardView,
-    };
-    use crate::modern::assembly;
+    use crate::modern::mesh_builder::{NONE, draw_sections};
+    use crate::modern::section::SceneSection;
     use std::collections::BTreeMap;
-
-    /// Counts how often each directed edge occurs, by the bits of its ends.
-    #[derive(Default)]
-    struct EdgeCounts(BTreeMap<[[u64; 3]; 2], usize>);
-
-    impl SceneBuilder for EdgeCounts {
-        fn view(&mut self, _: &StandardView) {}
-        fn background(&mut self, _: DVec3) {}
-        fn light(&mut self, _: &StandardLight) {}
-        fn material(&mut self, _: &MaterialDesc) {}
-        fn sphere(&mut self, _: DVec3, _: f64) {}
-        fn cone(&mut self, _: DVec3, _: f64, _: DVec3, _: f64) {}
-        fn polygon(&mut self, _: &[DVec3]) {}
-        fn patch(&mut self, _: &[(DVec3, DVec3)]) {}
-        fn mesh(&mut self, vertices: &[DVec3], triangles: &[[u32; 3]]) {
-            // Adding 0 turns -0 into 0, as rays do not distinguish them.
-            let bits = |v: u32| vertices[v as usize].to_array().map(|x| (x + 0.0).to_bits());
-            for t in triangles {
-                for k in 0..3 {
-                    *self
-                        .0
-                        .entry([bits(t[k]), bits(t[(k + 1) % 3])])
-                        .or_default() += 1;
-                }
-            }
-        }
-    }
 
     #[test]
     fn the_sphere_is_closed_to_the_last_bit() {
-        let mut edges = EdgeCounts::default();
-        assembly::draw(&mut edges, [DocumentMaterial::default()], |mesh| {
+        let mut section = SceneSection::default();
+        let mut finish = |drawn| {
+            section = drawn;
+            NONE
+        };
+        draw_sections(0..u64::MAX, &mut finish, |mesh| {
             sphere(mesh, 37, |p| dvec3(0.1, 0.2, 0.3) + p * 0.7);
             assert_eq!(mesh.triangles(), 20 * 37 * 37);
         });
-        for ([a, b], count) in &edges.0 {
+        let strip = &section.strips[0];
+        // Adding 0 turns -0 into 0, as rays do not distinguish them.
+        let bits = |v: u32| {
+            strip.vertices[v as usize]
+                .to_array()
+                .map(|x| (x + 0.0).to_bits())
+        };
+        // Number of times that each directed edge occurs.
+        let mut edges = BTreeMap::<_, usize>::new();
+        for t in &strip.triangles {
+            for k in 0..3 {
+                *edges.entry([bits(t[k]), bits(t[(k + 1) % 3])]).or_default() += 1;
+            }
+        }
+        assert_eq!(edges.len(), 3 * 20 * 37 * 37);
+        for ([a, b], count) in &edges {
             assert_eq!(*count, 1);
-            assert_eq!(edges.0.get(&[*b, *a]), Some(&1));
+            assert_eq!(edges.get(&[*b, *a]), Some(&1));
         }
     }
 }

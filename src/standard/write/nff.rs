@@ -136,16 +136,12 @@ impl<W: Write> SceneBuilder for NffWriter<W> {
         }
     }
 
-    fn mesh(&mut self, vertices: &[DVec3], triangles: &[[u32; 3]]) {
-        self.prepared(prepare(&[MeshSlice::complete(vertices, triangles)]));
-    }
-
     fn threads(&self) -> usize {
         self.threads
     }
 
-    fn preparation(&self) -> Option<Box<Prepare>> {
-        Some(Box::new(|parts, _| prepare(parts)))
+    fn preparation(&self) -> Box<Prepare> {
+        Box::new(|parts, _| prepare(parts))
     }
 
     fn prepared(&mut self, mesh: PreparedMesh) {

@@ -144,18 +144,16 @@ impl<W: Write> PlyWriter<W> {
                     }
                 }
             }
-            Pass::Faces => {
-                let first = self.first;
-                self.face((0..corners).map(|k| first + k as u64));
-                self.first += corners as u64;
-            }
+            Pass::Faces => self.next_face(corners),
             Pass::Done => {}
         }
     }
 
-    fn flat_face(&mut self, points: &[DVec3]) {
-        let normal = normal(points);
-        self.lone_face(points.len(), |k| (points[k], normal));
+    /// The face of the next vertices, which it does not share.
+    fn next_face(&mut self, corners: usize) {
+        let first = self.first;
+        self.face((0..corners).map(|k| first + k as u64));
+        self.first += corners as u64;
     }
 }
 
@@ -169,6 +167,19 @@ fn prepare_vertices(parts: &[MeshSlice]) -> PreparedMesh {
     prepared.bytes.reserve(12 * prepared.vertices);
     for &vertex in parts.iter().flat_map(MeshSlice::vertices) {
         prepared.bytes.extend_from_slice(&vector(vertex));
+    }
+    prepared
+}
+
+/// The vertices of a mesh with normals: three for each triangle.
+fn prepare_flat(parts: &[MeshSlice]) -> PreparedMesh {
+    let mut prepared = PreparedMesh::sized(parts);
+    for corners in parts.iter().flat_map(MeshSlice::corners) {
+        let normal = vector(normal(&corners));
+        let rows = corners
+            .into_iter()
+            .flat_map(|point| [vector(point), normal]);
+        prepared.bytes.extend(rows.flatten());
     }
     prepared
 }
@@ -222,7 +233,8 @@ impl<W: Write> SceneBuilder for PlyWriter<W> {
         if self.pass == Pass::Count {
             self.shared_vertices += points.len() as u64;
         }
-        self.flat_face(points);
+        let normal = normal(points);
+        self.lone_face(points.len(), |k| (points[k], normal));
     }
 
     fn patch(&mut self, points: &[(DVec3, DVec3)]) {
@@ -230,29 +242,19 @@ impl<W: Write> SceneBuilder for PlyWriter<W> {
         self.lone_face(points.len(), |k| points[k]);
     }
 
-    fn mesh(&mut self, vertices: &[DVec3], triangles: &[[u32; 3]]) {
-        match self.preparation() {
-            Some(prepare) => self.prepared(prepare(&[MeshSlice::complete(vertices, triangles)], 0)),
-            None => triangles
-                .iter()
-                .for_each(|t| self.flat_face(&t.map(|k| vertices[k as usize]))),
-        }
-    }
-
     fn threads(&self) -> usize {
         self.threads
     }
 
-    /// Triangles that share vertices; with normals, they come one by one.
-    fn preparation(&self) -> Option<Box<Prepare>> {
+    fn preparation(&self) -> Box<Prepare> {
         let (first, short) = (self.first, self.short_lists());
         match self.pass {
-            Pass::Count | Pass::Done => Some(Box::new(|parts, _| PreparedMesh::sized(parts))),
-            _ if self.normals => None,
-            Pass::Vertices => Some(Box::new(|parts, _| prepare_vertices(parts))),
-            Pass::Faces => Some(Box::new(move |parts, before| {
-                prepare_faces(parts, (first + before) as u32, short)
-            })),
+            Pass::Vertices if self.normals => Box::new(|parts, _| prepare_flat(parts)),
+            Pass::Vertices => Box::new(|parts, _| prepare_vertices(parts)),
+            Pass::Faces if !self.normals => {
+                Box::new(move |parts, before| prepare_faces(parts, (first + before) as u32, short))
+            }
+            _ => Box::new(|parts, _| PreparedMesh::sized(parts)),
         }
     }
 
@@ -266,6 +268,7 @@ impl<W: Write> SceneBuilder for PlyWriter<W> {
                 self.most_corners = self.most_corners.max(3);
             }
             Pass::Vertices | Pass::Done => {}
+            Pass::Faces if self.normals => (0..faces).for_each(|_| self.next_face(3)),
             Pass::Faces => self.first += vertices,
         }
         self.out.bytes(&mesh.bytes);

@@ -3,9 +3,10 @@
 use super::decimal::{Decimal, Decimals, push_vector};
 use super::latched::LatchedWriter;
 use super::outcome::{DroppedFeatures, SceneWriteError};
-use crate::builder::{MaterialDesc, SceneBuilder, StandardLight, StandardView, nff_level};
+use crate::builder::{MaterialDesc, SceneBuilder, StandardLight, StandardView};
 use crate::mesh_slice::{MeshSlice, Prepare, PreparedMesh};
 use glam::{DVec3, Vec3};
+use phalanx_formats::nff_level;
 use phalanx_formats::polygon::triangulate;
 use std::io::Write;
 
@@ -130,22 +131,13 @@ impl<W: Write> SceneBuilder for TestWriter<W> {
         }
     }
 
-    fn mesh(&mut self, vertices: &[DVec3], triangles: &[[u32; 3]]) {
-        self.prepared(prepare(
-            &[MeshSlice::complete(vertices, triangles)],
-            self.vertices,
-        ));
-    }
-
     fn threads(&self) -> usize {
         self.threads
     }
 
-    fn preparation(&self) -> Option<Box<Prepare>> {
+    fn preparation(&self) -> Box<Prepare> {
         let vertices = self.vertices;
-        Some(Box::new(move |parts, before| {
-            prepare(parts, vertices + before)
-        }))
+        Box::new(move |parts, before| prepare(parts, vertices + before))
     }
 
     fn prepared(&mut self, mesh: PreparedMesh) {

@@ -1,7 +1,9 @@
 //! Tessellated spheres, in the double precision of their construction.
 
 use glam::DVec3;
-use phalanx::standard::{MaterialDesc, SceneBuilder, StandardLight, StandardView, Tessellate};
+use phalanx::standard::{
+    MaterialDesc, Prepare, PreparedMesh, SceneBuilder, StandardLight, StandardView, Tessellate,
+};
 use std::collections::HashSet;
 
 /// Collects patches, and expects nothing else.
@@ -33,9 +35,11 @@ impl SceneBuilder for Patches {
         self.0.push(points.to_vec());
     }
 
-    fn mesh(&mut self, _: &[DVec3], _: &[[u32; 3]]) {
+    fn preparation(&self) -> Box<Prepare> {
         panic!("a mesh from nowhere");
     }
+
+    fn prepared(&mut self, _: PreparedMesh) {}
 }
 
 /// Each edge exists once in either direction, with ends equal to the last bit.

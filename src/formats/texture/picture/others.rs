@@ -5,8 +5,9 @@ use super::pixels::{
 };
 use image::codecs::{bmp::BmpDecoder, tga::TgaDecoder, webp::WebPDecoder};
 use image::{ImageDecoder, ImageError};
+use phalanx_image::decoders::io_reason;
 use std::error::Error;
-use std::io::{Cursor, ErrorKind};
+use std::io::Cursor;
 
 /// A decoder that has read the header.
 struct WholeImageDecoder<'a> {
@@ -123,10 +124,7 @@ pub(super) fn is_tga(bytes: &[u8]) -> bool {
 /// The crate's message in plain words.
 fn plain(error: ImageError, format: &str) -> String {
     match error {
-        ImageError::IoError(e) if e.kind() == ErrorKind::UnexpectedEof => {
-            "it ends too early".into()
-        }
-        ImageError::IoError(e) => e.to_string(),
+        ImageError::IoError(e) => io_reason(&e),
         ImageError::Unsupported(_) => {
             format!("it is a {format} picture of a kind that is not read: convert it to PNG")
         }
