@@ -204,10 +204,13 @@ impl RenderPlan {
         }
         let version: Version =
             serde_json::from_slice(&bytes).map_err(|error| malformed(&error.to_string()))?;
-        let found = version.schema_version;
-        if found != u64::from(SCHEMA_VERSION) {
+        let number = version.schema_version;
+        if number != u64::from(SCHEMA_VERSION) {
             let path = path.into();
-            return Err(PlanError::Version { path, found });
+            return Err(PlanError::Version {
+                path,
+                found: number,
+            });
         }
         let mut json = serde_json::Deserializer::from_slice(&bytes);
         // With the name of the field.
