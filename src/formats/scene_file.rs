@@ -10,7 +10,7 @@ use crate::read_scene::{LoadError, ReadScene};
 use crate::table::{FORMATS, SceneFormat, find};
 use crate::text::bytes;
 use crate::text::utf16;
-use phalanx_scene::Scene;
+use phalanx_scene::{PrimKind, Scene};
 use std::borrow::Cow;
 use std::ffi::OsStr;
 use std::fs::File;
@@ -189,10 +189,8 @@ fn note_on_material(scene: &Scene, options: &ReadOptions) -> Option<String> {
         .map(|row| scene.materials.get(row) == default)
         .collect();
     let used = |row: &u32| is_default.get(*row as usize) == Some(&true);
-    let is_used = scene.triangles.material.iter().any(used)
-        || scene.spheres.material.iter().any(used)
-        || scene.ellipsoids.material.iter().any(used)
-        || scene.cones.material.iter().any(used);
+    let materials = PrimKind::ALL.map(|kind| scene.columns_of(kind).material());
+    let is_used = materials.into_iter().flatten().any(used);
     let note = "--material has no effect: everything has a material in the file";
     (!is_used).then(|| note.to_owned())
 }
