@@ -78,7 +78,7 @@ fn build_in(folder: &std::path::Path) -> Result<PathBuf, String> {
             .into_iter()
             .filter(|(level, _)| build(level).is_file())
     };
-    let Some(asked) = std::env::var_os("PHALANX_LEVEL").filter(|asked| !asked.is_empty()) else {
+    let Some(level) = std::env::var_os("PHALANX_LEVEL").filter(|level| !level.is_empty()) else {
         let best = there().find(|(_, has)| has());
         let none = || {
             format!(
@@ -88,12 +88,12 @@ fn build_in(folder: &std::path::Path) -> Result<PathBuf, String> {
         };
         return best.map(|(level, _)| build(level)).ok_or_else(none);
     };
-    let asked = asked.to_string_lossy();
-    let found = there().find(|(level, _)| *level == asked);
+    let requested = level.to_string_lossy();
+    let found = there().find(|(level, _)| *level == requested);
     found.map(|(level, _)| build(level)).ok_or_else(|| {
         let names: Vec<&str> = there().map(|(level, _)| level).collect();
         format!(
-            "PHALANX_LEVEL is {asked}, but there are builds for {} only",
+            "PHALANX_LEVEL is {requested}, but there are builds for {} only",
             names.join(", ")
         )
     })

@@ -74,12 +74,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     let prototype = scene.add_prototype(&vertices, &faces)?;
     let place = |k: usize, round: usize| {
         let step = f64::from(size) * 1.2;
-        let at = DVec3::new(
+        let position = DVec3::new(
             (k % 32) as f64,
             (k / 32) as f64,
             0.1 * (round * k % 7) as f64,
         );
-        DAffine3::from_translation(at * step)
+        DAffine3::from_translation(position * step)
     };
     let instances: Vec<u32> = (0..INSTANCES)
         .map(|k| scene.add_instance(prototype, place(k, 0)))
