@@ -89,8 +89,8 @@ fn build_in(folder: &std::path::Path) -> Result<PathBuf, String> {
         return best.map(|(level, _)| build(level)).ok_or_else(none);
     };
     let requested = level.to_string_lossy();
-    let found = there().find(|(level, _)| *level == requested);
-    found.map(|(level, _)| build(level)).ok_or_else(|| {
+    let entry = there().find(|(level, _)| *level == requested);
+    entry.map(|(level, _)| build(level)).ok_or_else(|| {
         let names: Vec<&str> = there().map(|(level, _)| level).collect();
         format!(
             "PHALANX_LEVEL is {requested}, but there are builds for {} only",

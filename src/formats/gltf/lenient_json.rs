@@ -194,7 +194,7 @@ fn misfit(error: &Error, value: &str) -> String {
         None if message == MORE => "a shorter list",
         None => return message,
     };
-    // What takes several lines is named by its kind.
+    // The text of an object or a list over several lines would not fit a message.
     let actual = match value.as_bytes().first() {
         Some(b'{') if value.contains('\n') => "an object".to_owned(),
         Some(b'[') if value.contains('\n') => "a list".to_owned(),

@@ -7,7 +7,7 @@ use phalanx_scene::{NO_TEXTURE, Texture};
 
 impl TextureLibrary<'_> {
     /// The same texture for its alpha: an index for [`phalanx_scene::Material::opacity_texture`].
-    /// It is [`NO_TEXTURE`] for a missing texture and for one of which all texels are whole.
+    /// It is [`NO_TEXTURE`] for a missing texture and for one whose texels are all opaque.
     pub(crate) fn alpha_of(&mut self, texture: u32) -> u32 {
         let stored = self.textures.get(texture as usize);
         if stored.is_none_or(|texture| texture.alpha.is_empty()) {

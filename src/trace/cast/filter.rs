@@ -169,7 +169,7 @@ impl Bvh {
         self.filtered(ray, &recorder, false);
         let mut all = all.into_inner();
         let key = |hit: &Hit| FoundHit::key_of(hit.t, hit.prim_id);
-        // By primitive first: each counts once, on its nearer side.
+        // A primitive's two sides are brought together, the nearer first, and only that one stays.
         all.sort_unstable_by_key(|hit| key(hit).rotate_left(32));
         all.dedup_by_key(|hit| hit.prim_id);
         all.sort_unstable_by_key(key);

@@ -159,17 +159,19 @@ macro_rules! lane_types {
 
             #[inline(always)]
             fn min(self, other: $F) -> $F {
-                match HAS_ORDERED_MIN_MAX {
-                    true => $F(self.0.fast_min(other.0)),
-                    false => self.lt(other).select(self, other),
+                if HAS_ORDERED_MIN_MAX {
+                    $F(self.0.fast_min(other.0))
+                } else {
+                    self.lt(other).select(self, other)
                 }
             }
 
             #[inline(always)]
             fn max(self, other: $F) -> $F {
-                match HAS_ORDERED_MIN_MAX {
-                    true => $F(self.0.fast_max(other.0)),
-                    false => self.gt(other).select(self, other),
+                if HAS_ORDERED_MIN_MAX {
+                    $F(self.0.fast_max(other.0))
+                } else {
+                    self.gt(other).select(self, other)
                 }
             }
 

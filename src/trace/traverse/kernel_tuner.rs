@@ -326,10 +326,14 @@ mod tests {
     fn a_wait_does_not_matter() {
         let few = shares(3200, |_, _, second| if second { 0.8 } else { 1.0 })[0];
         for late in 0..600 {
-            let waits = |batch: u32, _, second: bool| match second {
-                true if batch == late => 1e4,
-                true => 0.8,
-                false => 1.0,
+            let waits = |batch: u32, _, second: bool| {
+                if !second {
+                    1.0
+                } else if batch == late {
+                    1e4
+                } else {
+                    0.8
+                }
             };
             let [first, second] = shares(3200, waits);
             assert!(

@@ -112,10 +112,10 @@ fn sphere(from_center: DVec3, dir: DVec3, radius: f64, size: f64) -> Exact {
     Exact {
         t: t / speed,
         error: error / speed,
-        other: match near.abs() <= error {
-            true if near > 0.0 => far / speed,
-            true => near / speed,
-            false => f64::NAN,
+        other: if near.abs() <= error {
+            if near > 0.0 { far / speed } else { near / speed }
+        } else {
+            f64::NAN
         },
         weights: [0.0, 0.0],
         weight_error: 0.0,
@@ -154,10 +154,12 @@ fn cone(cone: &Cone, org: DVec3, dir: DVec3) -> Exact {
     let root = disc.max(0.0).sqrt();
     let bend = (cos2 * a).abs();
     let root_of = |outside: bool| {
-        let s = match outside == (b >= 0.0) {
-            _ if disc < 0.0 => -b / a,
-            true => (-b - b.signum() * root) / a,
-            false => c / (-b - b.signum() * root),
+        let s = if disc < 0.0 {
+            -b / a
+        } else if outside == (b >= 0.0) {
+            (-b - b.signum() * root) / a
+        } else {
+            c / (-b - b.signum() * root)
         };
         // Effect on the equation of moving the surface by `place`: its gradient there, and its
         // second order.

@@ -261,10 +261,12 @@ fn a_cache_gives_the_picture_of_its_file_under_any_options() {
                 rescaled += usize::from(bvh.is_none());
                 let film = picture(&file, None, options.look.size).film;
                 seen += usize::from(film.planes[0].iter().any(|&c| c != film.planes[0][0]));
-                match picture(&scene, bvh, options.look.size).film == film {
-                    false => "pictures differ".to_owned(),
-                    true if fingerprint(&scene) != fingerprint(&file) => "scenes differ".to_owned(),
-                    true => continue,
+                if picture(&scene, bvh, options.look.size).film != film {
+                    "pictures differ".to_owned()
+                } else if fingerprint(&scene) != fingerprint(&file) {
+                    "scenes differ".to_owned()
+                } else {
+                    continue;
                 }
             }
             (Err(_), Err(_)) => continue,

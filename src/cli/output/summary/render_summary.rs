@@ -118,19 +118,18 @@ mod tests {
 
     #[test]
     fn what_is_not_said_is_the_default() {
-        let summary_of = |settings: &Settings| RenderSummary::of(settings);
         let default = Settings::of(&Scene::default());
         assert_eq!(
             serde_json::from_str::<RenderSummary>("{}").unwrap(),
-            summary_of(&default)
+            RenderSummary::of(&default)
         );
         let deep = Settings {
             max_depth: 11,
             ..default.clone()
         };
         let words = "1 sample per pixel, rays of weight 0.00024414063 or more";
-        assert_eq!(summary_of(&deep).words(), words);
-        assert_eq!(summary_of(&default).words(), "1 sample per pixel");
+        assert_eq!(RenderSummary::of(&deep).words(), words);
+        assert_eq!(RenderSummary::of(&default).words(), "1 sample per pixel");
         let pinhole = Lens {
             aperture: 0.0,
             focus: 3.0,
@@ -139,7 +138,7 @@ mod tests {
             lens: Some(pinhole),
             ..default
         };
-        assert_eq!(summary_of(&settings).words(), "1 sample per pixel");
+        assert_eq!(RenderSummary::of(&settings).words(), "1 sample per pixel");
         let settings = Settings {
             sampling: Sampling {
                 spp: 4,
@@ -155,7 +154,7 @@ mod tests {
         };
         let words =
             "4 samples per pixel (tent), aperture 0.1 focused at 3, ambient occlusion within 2.5";
-        assert_eq!(summary_of(&settings).words(), words);
+        assert_eq!(RenderSummary::of(&settings).words(), words);
         let endless = Settings {
             integrator: Integrator::Occlusion {
                 distance: f32::INFINITY,
@@ -163,12 +162,12 @@ mod tests {
             ..settings.clone()
         };
         assert!(
-            summary_of(&endless)
+            RenderSummary::of(&endless)
                 .words()
                 .ends_with(", ambient occlusion")
         );
-        let json = serde_json::to_value(summary_of(&settings)).unwrap();
+        let json = serde_json::to_value(RenderSummary::of(&settings)).unwrap();
         let again: RenderSummary = serde_json::from_value(json).unwrap();
-        assert_eq!(again, summary_of(&settings));
+        assert_eq!(again, RenderSummary::of(&settings));
     }
 }
