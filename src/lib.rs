@@ -194,7 +194,7 @@
 //! | `render` | file formats, pictures, whole frames | 102 |
 //! | `bench` | measurements beside other tracers | 115 |
 //! | `cli` | the program | 143 |
-//! | `view` (default) | its page in the browser | 148 |
+//! | `view` (default) | its page in the browser | 149 |
 //!
 //! An embedder writes `phalanx = { version = "0.1", default-features = false }`, builds for the CPU
 //! it runs on (`RUSTFLAGS="-C target-cpu=native"`), and has the tracer compiled in one piece:
