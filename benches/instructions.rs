@@ -106,7 +106,7 @@ fn main() -> ExitCode {
 }
 
 fn baseline_path() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("perf/instructions.json")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../perf/instructions.json")
 }
 
 /// Reason why counts of this build would be meaningless, if any.

@@ -73,7 +73,7 @@ fn main() {
 
 /// Files to load: available and generated ones.
 fn files(scratch: &Path, small: bool) -> Vec<PathBuf> {
-    let shared = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/scenes");
+    let shared = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/scenes");
     let mut files = Vec::new();
     for name in ["armadillo", "beast", "stadium", "stanford-bunny"] {
         files.push(shared.join(format!("obj/medium/{name}.obj")));

@@ -39,8 +39,8 @@ pub fn brief<'c>(c: &'c mut Criterion, name: &str) -> BenchmarkGroup<'c, WallTim
 pub fn scenes() -> Vec<(String, Scene)> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let candidates: [PathBuf; 2] = [
-        root.join("../shared/scenes/cse167/scene7.test"),
-        root.join("scenes/spheres.test"),
+        root.join("../../shared/scenes/cse167/scene7.test"),
+        root.join("../scenes/spheres.test"),
     ];
     let mut scenes = Vec::new();
     for path in candidates {

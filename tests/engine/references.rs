@@ -27,12 +27,12 @@ struct ReferenceImage {
 
 impl ReferenceImage {
     fn read(path: PathBuf) -> ReferenceImage {
-        let picture = image::open(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
-        let picture = picture.to_rgb8();
+        let picture = phalanx::image::load(&path).unwrap_or_else(|error| panic!("{error}"));
+        let high_bytes = |[r, g, b, _]: [u16; 4]| [r, g, b].map(|sample| (sample >> 8) as u8);
         ReferenceImage {
-            width: picture.width(),
-            height: picture.height(),
-            bytes: picture.into_raw(),
+            width: picture.width,
+            height: picture.height,
+            bytes: picture.pixels.into_iter().flat_map(high_bytes).collect(),
         }
     }
 

@@ -27,8 +27,12 @@ fn ramp() -> Picture {
 fn sixteen_bits_and_grey_are_read() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("grey.png");
-    let grey = ::image::ImageBuffer::<::image::Luma<u16>, _>::from_raw(2, 1, vec![3u16, 40_000]);
-    grey.unwrap().save(&path).unwrap();
+    let mut encoder = ::png::Encoder::new(fs::File::create(&path).unwrap(), 2, 1);
+    encoder.set_depth(::png::BitDepth::Sixteen);
+    let samples = [3u16, 40_000].map(u16::to_be_bytes);
+    let mut writer = encoder.write_header().unwrap();
+    writer.write_image_data(samples.as_flattened()).unwrap();
+    writer.finish().unwrap();
     let expected = [[3, 3, 3, 65_535], [40_000, 40_000, 40_000, 65_535]];
     assert_eq!(load(&path).unwrap().pixels, expected);
 }
@@ -176,13 +180,29 @@ fn radiance_pictures_are_decoded_by_bands_as_a_whole() {
     }
 }
 
+/// All pixels of a coloured PNG file, decoded at once.
+fn complete_png(path: &Path) -> Vec<[u16; 4]> {
+    let mut decoder = ::png::Decoder::new(std::io::Cursor::new(fs::read(path).unwrap()));
+    decoder.set_transformations(::png::Transformations::EXPAND | ::png::Transformations::ALPHA);
+    let mut reader = decoder.read_info().unwrap();
+    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+    let frame = reader.next_frame(&mut bytes).unwrap();
+    assert_eq!(frame.color_type, ::png::ColorType::Rgba);
+    let samples: Vec<u16> = match frame.bit_depth {
+        ::png::BitDepth::Sixteen => {
+            let pairs = bytes.as_chunks::<2>().0.iter();
+            pairs.map(|&pair| u16::from_be_bytes(pair)).collect()
+        }
+        _ => bytes.iter().map(|&s| 257 * u16::from(s)).collect(),
+    };
+    samples.as_chunks::<4>().0.to_vec()
+}
+
 #[test]
 fn pictures_for_a_screen_are_read_as_others_read_them() {
     let folder = tempfile::tempdir().unwrap();
     let png = saved(folder.path(), "a.png");
-    let complete = ::image::open(&png).unwrap().into_rgba16();
-    let want: Vec<[u16; 4]> = complete.pixels().map(|pixel| pixel.0).collect();
-    assert_eq!(load(&png).unwrap().pixels, want);
+    assert_eq!(load(&png).unwrap().pixels, complete_png(&png));
     // Decoders of JPEG round differently.
     let jpeg = saved(folder.path(), "a.jpg");
     let complete = ::image::open(&jpeg).unwrap().into_rgba16();
@@ -196,8 +216,7 @@ fn pictures_for_a_screen_are_read_as_others_read_them() {
     // Interlaced files are decoded as a whole; alpha and palettes become RGBA.
     let pictures = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/pictures");
     let interlaced = pictures.join("interlaced.png");
-    let complete = ::image::open(&interlaced).unwrap().into_rgba16();
-    let want: Vec<[u16; 4]> = complete.pixels().map(|pixel| pixel.0).collect();
+    let want = complete_png(&interlaced);
     assert_eq!(load(&interlaced).unwrap().pixels, want);
     let exr = saved(folder.path(), "a.exr");
     let refused = load(&exr).unwrap_err().to_string();

@@ -4,6 +4,7 @@
 use super::view::{ViewProcess, shot};
 use super::{Ran, SCENE, TestFolder, ran};
 use memchr::memmem;
+use phalanx::image::{Picture, save_png};
 use serde_json::json;
 use std::ffi::OsStr;
 use std::fs;
@@ -105,9 +106,13 @@ fn commands_of_a_page_are_safe_to_paste() {
 #[test]
 fn the_command_of_a_page_writes_beside_the_textures_of_a_model() {
     let room = TestFolder::new();
-    let pixels = image::RgbImage::from_pixel(2, 2, image::Rgb([255, 0, 0]));
+    let red = Picture {
+        width: 2,
+        height: 2,
+        rgb: [255, 0, 0].repeat(4),
+    };
     for name in ["model.png", "model-nodes.png"] {
-        pixels.save(room.path().join(name)).unwrap();
+        save_png(&room.path().join(name), &red).unwrap();
     }
     let material = |name: &str| format!("newmtl {name}\nKd 1 1 1\nmap_Kd {name}.png\n");
     room.write("model.mtl", &(material("model") + &material("model-nodes")));

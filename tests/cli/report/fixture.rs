@@ -1,10 +1,9 @@
 //! Records like those of a real run: a full suite, a single row, and unusual ones.
 
-use image::{ImageFormat, Rgb, RgbImage};
+use phalanx::image::{Picture, png_bytes};
 use phalanx::report::html::ScenePictures;
 use phalanx::report::*;
 use std::collections::BTreeMap;
-use std::io::Cursor;
 
 pub const FAMILIES: [&str; 18] = [
     "balls", "gears", "jacks", "lattice", "mount", "rings", "shells", "sombrero", "teapot",
@@ -397,10 +396,10 @@ fn png((seed, height): (u32, u32), color: impl Fn(u8) -> [u8; 3]) -> Vec<u8> {
         let wave = f64::from(x * (3 + seed % 5)) * 0.01 + f64::from(y * (2 + seed % 7)) * 0.015;
         (127.0 + 120.0 * wave.sin()) as u8
     };
-    let image = RgbImage::from_fn(180, height, |x, y| Rgb(color(hill(x, y))));
-    let mut bytes = Cursor::new(Vec::new());
-    image
-        .write_to(&mut bytes, ImageFormat::Png)
-        .expect("a picture in memory");
-    bytes.into_inner()
+    let pixels = (0..height).flat_map(|y| (0..180).map(move |x| (x, y)));
+    png_bytes(&Picture {
+        width: 180,
+        height,
+        rgb: pixels.flat_map(|(x, y)| color(hill(x, y))).collect(),
+    })
 }
