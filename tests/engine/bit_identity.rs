@@ -2,6 +2,7 @@
 //! divided.
 
 use crate::common::frames::{difference, frame_of};
+use crate::common::full_or;
 use crate::common::rng::Rng;
 use crate::common::scenes::{self, TestMaterial};
 use glam::Vec3;
@@ -375,7 +376,7 @@ fn split_waves() {
 #[test]
 fn halved_cells() {
     let turn = Cell::new(0);
-    let outcome = runner(16, 11).run(&recipes(), |recipe| {
+    let outcome = runner(full_or(16, 4), 11).run(&recipes(), |recipe| {
         let k = turn.replace(turn.get() + 1);
         let scene = cook(&recipe);
         let sampling = Sampling {
