@@ -99,7 +99,7 @@ fn reported(suites: u64, speed: impl Fn(&RateRow) -> f64) -> u64 {
     (0..suites).filter(|suite| is_reported(suite)).count() as u64
 }
 
-/// One in ten of so many suites, unless `PHALANX_FULL` is set.
+/// Number of suites that are simulated: all if `PHALANX_FULL` is set, else a tenth.
 fn some_of(suites: u64) -> u64 {
     match std::env::var_os("PHALANX_FULL") {
         Some(_) => suites,
