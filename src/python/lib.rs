@@ -6,6 +6,10 @@
 //!
 //! Everything visible to Python is documented for Python users: shapes, units, errors. Each query
 //! releases the interpreter's lock while it traces.
+#![allow(
+    rustdoc::broken_intra_doc_links,
+    reason = "comments are docstrings of Python, where brackets are indices"
+)]
 
 mod arrays;
 mod bench;

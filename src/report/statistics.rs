@@ -181,13 +181,20 @@ mod tests {
             let rounds: Vec<Vec<f64>> = (0..12).map(|_| round()).collect();
             Estimate::of_fastest(&rounds, 64.0)
         };
-        let (mut near, mut held, pairs) = (0, 0, 300);
-        for _ in 0..pairs {
-            let (a, b) = (run(), run());
-            near += usize::from((a.median / b.median - 1.0).abs() < 0.05);
-            held += usize::from(a.low <= b.median && b.median <= a.high);
-        }
-        let (near, held) = (near as f64 / pairs as f64, held as f64 / pairs as f64);
+        let runs: Vec<Estimate> = (0..40).map(|_| run()).collect();
+        let pairs: Vec<_> = runs
+            .iter()
+            .enumerate()
+            .flat_map(|(k, a)| runs[..k].iter().map(move |b| (a, b)))
+            .collect();
+        let share = |count: usize| count as f64 / pairs.len() as f64;
+        let near = pairs
+            .iter()
+            .filter(|(a, b)| (a.median / b.median - 1.0).abs() < 0.05);
+        let held = pairs
+            .iter()
+            .filter(|(a, b)| a.low <= b.median && b.median <= a.high);
+        let (near, held) = (share(near.count()), share(held.count()));
         assert!(near > 0.95 && held > 0.95, "near {near}, held {held}");
     }
 }

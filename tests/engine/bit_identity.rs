@@ -2,6 +2,7 @@
 //! divided.
 
 use crate::common::frames::{difference, frame_of};
+use crate::common::full_or;
 use crate::common::rng::Rng;
 use crate::common::scenes::{self, TestMaterial};
 use glam::Vec3;
@@ -354,7 +355,8 @@ fn split_waves() {
         .lights
         .add_point(Vec3::new(0.0, 5.0, 0.0), Vec3::ONE, Vec3::X);
     scene.view.eye = Vec3::new(0.0, 0.0, 6.0);
-    for (max_depth, size) in [(300, (24, 16)), (1000, (9, 5)), (8, (150, 140))] {
+    let large = full_or((150, 140), (75, 70));
+    for (max_depth, size) in [(300, (24, 16)), (1000, (9, 5)), (8, large)] {
         let settings = Settings {
             max_depth,
             min_weight: Some(0.02),
@@ -362,8 +364,9 @@ fn split_waves() {
             ..Settings::of(&scene)
         };
         scene.validate().expect("a valid scene");
-        for cuts in [[(2, 32), (1, 8)], [(1, 1024), (3, 128)]] {
-            if let Err(what) = compare_as(&scene, &cuts, &[size], &settings) {
+        let cuts = [(1, 1024), (2, 32), (1, 8), (3, 128)];
+        for cuts in cuts[..full_or(4, 2)].chunks(2) {
+            if let Err(what) = compare_as(&scene, cuts, &[size], &settings) {
                 panic!("depth {max_depth}: {what}");
             }
         }
@@ -375,7 +378,8 @@ fn split_waves() {
 #[test]
 fn halved_cells() {
     let turn = Cell::new(0);
-    let outcome = runner(16, 11).run(&recipes(), |recipe| {
+    let size = full_or((33, 25), (17, 13));
+    let outcome = runner(full_or(16, 8), 11).run(&recipes(), |recipe| {
         let k = turn.replace(turn.get() + 1);
         let scene = cook(&recipe);
         let sampling = Sampling {
@@ -390,7 +394,7 @@ fn halved_cells() {
             ..Settings::of(&scene)
         };
         let cuts = [CUTS[k % 12], CUTS[(k + 7) % 12]];
-        compare_as(&scene, &cuts, &[(33, 25)], &settings).map_err(TestCaseError::fail)
+        compare_as(&scene, &cuts, &[size], &settings).map_err(TestCaseError::fail)
     });
     if let Err(failure) = outcome {
         panic!("{failure}");

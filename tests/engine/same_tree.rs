@@ -1,8 +1,8 @@
 //! The tree of a scene is the same on every build: the same boxes, the same leaves, in the same
 //! order.
 //!
-//! The hashes below were recorded once; `.ci/run` runs this test on every instruction set that it
-//! builds for.
+//! The hashes below were recorded once; `.ci/run --all` runs this test on every instruction set
+//! that this machine has.
 
 use phalanx::bvh::{BuildSettings, Bvh, Child};
 use phalanx::formats::{Options, load};

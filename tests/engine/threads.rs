@@ -55,7 +55,13 @@ fn everything(scene: &Scene) -> Vec<Vec<u32>> {
     cache::write(&mut bytes, scene, &bvh).unwrap();
     let opened = cache::open_bytes("a".as_ref(), &bytes).unwrap();
     answers.push(traced(&opened.bvh, 0));
-    let (settings, packets) = (Settings::of(scene), AccelRef::Packets(&bvh));
+    // Several tiles and several blocks of rows for each thread.
+    let settings = Settings {
+        width: 320,
+        height: 240,
+        ..Settings::of(scene)
+    };
+    let packets = AccelRef::Packets(&bvh);
     let frame = render_with(scene, packets, &settings, &Control::default()).unwrap();
     let folder = tempfile::tempdir().unwrap();
     for format in [ImageFormat::Png, ImageFormat::Exr] {

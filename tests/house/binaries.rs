@@ -5,6 +5,9 @@ use std::path::Path;
 /// Maximum number of binaries that `cargo test` links.
 const MOST: usize = 17;
 
+/// Runs the unit tests of crates whose own manifests say that they have none.
+const UNITS: &str = include_str!("../units/Cargo.toml");
+
 /// Manifests of the workspace's crates, and the location of their sources.
 const CRATES: [(&str, &str); 14] = [
     ("Cargo.toml", "src/lib.rs"),
@@ -38,10 +41,12 @@ fn there_are_few_test_binaries() {
         let (_, library) = text.split_once("[lib]").expect("a library");
         let library = library.split("\n[").next().unwrap_or_default();
         if library.lines().any(|line| line == "test = false") {
+            let elsewhere = UNITS.contains(&format!("path = \"../../{sources}/lib.rs\""));
             assert!(
-                !has_unit_tests(sources),
+                elsewhere || !has_unit_tests(sources),
                 "{sources}: its tests are never run"
-            )
+            );
+            binaries += usize::from(elsewhere)
         } else {
             binaries += 1
         }

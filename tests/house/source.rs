@@ -36,9 +36,10 @@ impl SourceFile {
 
     /// Lines (from 1) on which `word` appears as a whole identifier.
     pub fn lines_with(&self, word: &str) -> Vec<usize> {
-        let numbered = self.code.lines().zip(1..);
-        let matching = numbered.filter(|(line, _)| !places(line, word).is_empty());
-        matching.map(|(_, number)| number).collect()
+        let line = |offset: usize| 1 + self.code[..offset].matches('\n').count();
+        let mut lines: Vec<usize> = places(&self.code, word).into_iter().map(line).collect();
+        lines.dedup();
+        lines
     }
 }
 
@@ -226,9 +227,11 @@ fn firsts_of_list(list: &str) -> Vec<String> {
 /// Returns true if the code names the crate `name`: as the first part of a path, unless a module of
 /// that name is imported.
 pub fn imported_crate(code: &str, name: &str) -> bool {
-    let room = ["crate", "phalanx"]
-        .iter()
-        .any(|root| imported(code, root).contains(name));
+    let is_room = || {
+        ["crate", "phalanx"]
+            .iter()
+            .any(|root| imported(code, root).contains(name))
+    };
     let first = |offset: usize| match code[..offset].trim_end().strip_suffix("::") {
         Some(path) => path.ends_with([' ', ';', '{', '(', ',']),
         None => true,
@@ -240,8 +243,8 @@ pub fn imported_crate(code: &str, name: &str) -> bool {
                 .iter()
                 .any(|w| code[..offset].trim_end().ends_with(w))
     };
-    !room
-        && places(code, name)
-            .into_iter()
-            .any(|offset| first(offset) && goes_on(offset))
+    places(code, name)
+        .into_iter()
+        .any(|offset| first(offset) && goes_on(offset))
+        && !is_room()
 }

@@ -99,11 +99,20 @@ fn reported(suites: u64, speed: impl Fn(&RateRow) -> f64) -> u64 {
     (0..suites).filter(|suite| is_reported(suite)).count() as u64
 }
 
+/// Number of suites that are simulated: all if `PHALANX_FULL` is set, else a tenth.
+fn some_of(suites: u64) -> u64 {
+    match std::env::var_os("PHALANX_FULL") {
+        Some(_) => suites,
+        None => suites / 10,
+    }
+}
+
 /// Unchanged rates: a false alarm in fewer than one suite in a hundred.
 #[test]
 fn an_unchanged_binary_is_not_reported() {
-    let alarms = reported(1000, |_| 1.0);
-    assert!(alarms < 10, "{alarms} of 1000");
+    let suites = some_of(1000);
+    let alarms = reported(suites, |_| 1.0);
+    assert!(alarms * 100 < suites, "{alarms} of {suites}");
 }
 
 /// A slower kernel on one kind of rays, in all scenes.
@@ -111,7 +120,8 @@ fn an_unchanged_binary_is_not_reported() {
 fn a_slower_kernel_is_reported() {
     let is_slower = |row: &RateRow| row.kernel == "packet8" && row.rays == "kind3";
     let speed = |row: &RateRow| if is_slower(row) { 0.85 } else { 1.0 };
-    assert_eq!(reported(200, speed), 200);
+    let suites = some_of(200);
+    assert_eq!(reported(suites, speed), suites);
 }
 
 /// A slower kernel in one scene, regardless of the rays.
@@ -119,6 +129,7 @@ fn a_slower_kernel_is_reported() {
 fn a_slower_scene_is_reported() {
     let is_slower = |row: &RateRow| row.kernel == "packet8" && row.scene == "scene5";
     let speed = |row: &RateRow| if is_slower(row) { 0.85 } else { 1.0 };
-    let missed = 400 - reported(400, speed);
-    assert!(missed < 8, "{missed} of 400");
+    let suites = some_of(400);
+    let missed = suites - reported(suites, speed);
+    assert!(missed * 50 < suites, "{missed} of {suites}");
 }

@@ -2,14 +2,15 @@
 //! unchecked number. A file is either refused or leads to the right picture, because damaged tiles
 //! are rendered again.
 //!
-//! Some thousands of each by default; `PHALANX_FUZZ_MUTANTS=30000 cargo test --release --test
-//! allocation fuzz_jobs::` for more. A failing mutant is written to the system's temporary folder;
-//! the message has its path.
+//! Some hundreds of each by default, some thousands with `PHALANX_FULL`;
+//! `PHALANX_FUZZ_MUTANTS=30000 cargo test --release --test allocation fuzz_jobs::` for more. A
+//! failing mutant is written to the system's temporary folder; the message has its path.
 
 mod forge;
 mod picture;
 
 use crate::allocator::{alone, forget, largest};
+use crate::common::full_or;
 use crate::common::rng::Rng;
 use crate::mutate::mutated;
 use phalanx::frame::Tile;
@@ -31,7 +32,9 @@ fn most_memory(length: usize) -> usize {
 
 fn mutants(usual: usize) -> usize {
     let given = std::env::var("PHALANX_FUZZ_MUTANTS").ok();
-    given.and_then(|n| n.parse().ok()).unwrap_or(usual)
+    given
+        .and_then(|n| n.parse().ok())
+        .unwrap_or(full_or(usual, usual / 8))
 }
 
 /// Checks a mutant, its time and its requests; returns a word for the table.

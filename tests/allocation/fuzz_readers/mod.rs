@@ -1,12 +1,13 @@
 //! Mutated files: no reader panics, hangs, or allocates memory by an unchecked count, and its
 //! messages refer to positions in the file.
 //!
-//! Each format has seeds in `corpus/<ending>`. A second each by default; `PHALANX_FUZZ_SECONDS=600
-//! cargo test --release --test allocation fuzz_readers::` for more. Mutants that cause new messages
-//! join the corpus of the run. A failing input is written to the system's temporary folder; the
-//! message has its path.
+//! Each format has seeds in `corpus/<ending>`. A fifth of a second each by default, a second with
+//! `PHALANX_FULL`; `PHALANX_FUZZ_SECONDS=600 cargo test --release --test allocation fuzz_readers::`
+//! for more. Mutants that cause new messages join the corpus of the run. A failing input is written
+//! to the system's temporary folder; the message has its path.
 
 use crate::allocator::{alone, forget, largest};
+use crate::common::full_or;
 use crate::common::rng::Rng;
 use crate::mutate::mutated;
 use phalanx::formats::{
@@ -31,9 +32,12 @@ const MAX_LENGTH: usize = 1 << 16;
 /// Maximum number of inputs in the run's corpus.
 const MAX_CORPUS: usize = 2000;
 
-fn seconds() -> u64 {
+fn duration() -> Duration {
     let given = std::env::var("PHALANX_FUZZ_SECONDS").ok();
-    given.and_then(|s| s.parse().ok()).unwrap_or(1)
+    let usual = Duration::from_millis(full_or(1000, 200));
+    given
+        .and_then(|s| s.parse().ok())
+        .map_or(usual, Duration::from_secs)
 }
 
 fn seeds(ending: &str) -> Vec<Vec<u8>> {
@@ -63,8 +67,8 @@ fn fuzz(ending: &str) {
         messages.insert(checked(ending, seed));
     }
     // A longer run is a different run; each is reproducible.
-    let mut rng = Rng::new(seconds());
-    let end = Instant::now() + Duration::from_secs(seconds());
+    let mut rng = Rng::new(duration().as_millis() as u64);
+    let end = Instant::now() + duration();
     let (mut executions, seed_count) = (0u64, corpus.len());
     while Instant::now() < end {
         let mut mutant = mutated(&corpus, &mut rng);
@@ -74,9 +78,10 @@ fn fuzz(ending: &str) {
             corpus.push(mutant);
         }
     }
-    let (new, rate) = (corpus.len() - seed_count, executions / seconds().max(1));
+    let rate = executions as f64 / duration().as_secs_f64();
+    let new = corpus.len() - seed_count;
     println!(
-        "{ending}: {executions} executions, {rate} a second, {seed_count} seeds, {new} new inputs, no finding"
+        "{ending}: {executions} executions, {rate:.0} a second, {seed_count} seeds, {new} new inputs, no finding"
     );
 }
 

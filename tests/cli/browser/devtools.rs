@@ -32,8 +32,12 @@ pub struct Browser {
 }
 
 impl Browser {
-    /// A browser; none, with the reason printed, if there is no Chromium.
+    /// A browser; none, with the reason printed, without `PHALANX_FULL` or Chromium.
     pub fn start() -> Option<Browser> {
+        if std::env::var_os("PHALANX_FULL").is_none() {
+            eprintln!("skipped: Chromium takes half a minute; PHALANX_FULL=1 starts it");
+            return None;
+        }
         if let Err(error) = Command::new("chromium").arg("--version").output() {
             eprintln!(
                 "skipped: chromium does not run here ({error}); Debian: apt-get install chromium"

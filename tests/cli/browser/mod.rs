@@ -1,6 +1,7 @@
 //! The page in Chromium, narrow and wide, light and dark: no errors, nothing cut off.
 //!
-//! `PHALANX_SHOTS=FOLDER` keeps pages and screenshots there for inspection.
+//! Only with `PHALANX_FULL`. `PHALANX_SHOTS=FOLDER` keeps pages and screenshots there for
+//! inspection.
 
 mod devtools;
 mod view;

@@ -1,9 +1,10 @@
-//! No ray escapes a closed mesh: ten million rays from inside, aimed at vertices, edges and
+//! No ray escapes a closed mesh: a million rays from inside, or ten, aimed at vertices, edges and
 //! anywhere, all hit. And no ray that leaves a surface hits it: see `leaving`.
 
 mod leaving;
 mod meshes;
 
+use crate::common::full_or;
 use crate::common::rays::{lane_bits, pack};
 use crate::common::rng::Rng;
 use glam::Vec3;
@@ -60,7 +61,7 @@ fn shoot(mesh: &ClosedMesh, scale: f32, offset: Vec3, packets: usize, rng: &mut 
 }
 
 #[test]
-fn ten_million_rays_stay_inside() {
+fn millions_of_rays_stay_inside() {
     let meshes = [
         globe(40, 80),
         // Slivers.
@@ -80,7 +81,7 @@ fn ten_million_rays_stay_inside() {
         (1e3, Vec3::new(-5e5, 0.0, 1e5)),
         (1.0, Vec3::new(0.0, 2000.0, 0.0)),
     ];
-    const PACKETS: usize = 31_250;
+    let packets = full_or(31_250, 3125);
     for mesh in &meshes {
         mesh.assert_closed();
     }
@@ -94,12 +95,12 @@ fn ten_million_rays_stay_inside() {
     let work = || {
         while let Some((k, (mesh, (scale, offset)))) = next() {
             let mut rng = Rng::new(31 + k as u64);
-            rays.fetch_add(shoot(mesh, scale, offset, PACKETS, &mut rng), Relaxed);
+            rays.fetch_add(shoot(mesh, scale, offset, packets, &mut rng), Relaxed);
         }
     };
     std::thread::scope(|scope| {
         scope.spawn(work);
         work();
     });
-    assert_eq!(rays.into_inner(), 10_000_000);
+    assert_eq!(rays.into_inner(), full_or(10_000_000, 1_000_000));
 }
