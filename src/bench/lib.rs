@@ -3,7 +3,7 @@
 //!
 //! | file | content |
 //! |---|---|
-//! | `plan`, `suite` | settings of a run, and the standard suite |
+//! | `plan` | settings of a run |
 //! | `rays` | the sets of rays, generated from a scene |
 //! | `answer` | results of rays, compared bit by bit, or with a peer's within a tolerance |
 //! | `workload` | a scene with its trees, rays and right results |
@@ -29,7 +29,6 @@ mod plan;
 mod rays;
 mod rounds;
 mod run;
-mod suite;
 mod timer;
 mod workload;
 
@@ -38,8 +37,7 @@ pub use dump::{DumpError, MAGIC, dump};
 pub use engines::{KernelEngine, OracleEngine};
 pub use error::BenchError;
 pub use machine::this_machine;
-pub use phalanx_report::{FRAME, QueryKind, RayKind};
+pub use phalanx_report::{FRAME, QueryKind, RayKind, Suite, SuiteError, SuiteScene};
 pub use plan::{BenchPlan, ProgressListener, SceneInfo};
 pub use rays::{RaySet, primary, secondary};
 pub use run::{Measured, measure, record};
-pub use suite::{Suite, SuiteError, SuiteScene};

@@ -3,7 +3,7 @@
 use super::error::BenchError;
 use crate::peers::Peer;
 use phalanx_render::frame::{CoreAffinity, Sampling};
-use phalanx_report::{RayKind, RaySetRecord, RunInfo};
+use phalanx_report::{RayKind, RaySetRecord, RunInfo, SuiteScene};
 use phalanx_scene::{Scene, thread_count};
 use phalanx_trace::Kernel;
 use phalanx_trace::bvh::{BuildSettings, Bvh, Quality};
@@ -108,6 +108,19 @@ pub struct SceneInfo {
     pub load_seconds: f64,
     /// The results that the suite expects at this size, by kind, if any.
     pub expected: BTreeMap<String, RaySetRecord>,
+}
+
+impl SceneInfo {
+    /// A scene of the suite; results are expected only at the suite's own size.
+    pub fn of_suite(scene: &SuiteScene, answers: bool) -> SceneInfo {
+        SceneInfo {
+            name: scene.name.clone(),
+            family: Some(scene.family.clone()),
+            step: Some(scene.step.clone()),
+            load_seconds: 0.0,
+            expected: if answers { scene.expected.clone() } else { BTreeMap::new() },
+        }
+    }
 }
 
 /// Receives the progress of a run. An error, which should be [`BenchError::Stopped`], ends it.

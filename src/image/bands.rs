@@ -1,7 +1,7 @@
 //! Writes a picture file of any format from films that are bands of the picture. Only one of them,
 //! and its part of the file, must be in memory at a time.
 
-use super::description::{BAND_ROWS, PictureFile};
+use super::description::{BAND_ROWS, Films, PictureFile};
 use super::encoder::Encoder;
 use super::error::PictureError;
 use super::exr::write_exr;
@@ -26,8 +26,12 @@ pub fn save_bands(
     file: &PictureFile,
     bands: impl IntoIterator<Item = io::Result<Film>>,
 ) -> Result<(), PictureError> {
-    let mut bands = CheckedBands::new(file, bands.into_iter());
-    let written = if file.format.seeks() {
+    let mut bands = bands.into_iter();
+    save(path, CheckedBands::new(file, &mut bands))
+}
+
+fn save(path: &Path, mut bands: CheckedBands) -> Result<(), PictureError> {
+    let written = if bands.file.format.seeks() {
         replace_file_seeking(path, |out| bands.write_seeking(out))
     } else {
         replace_file(path, |out| bands.write(out))
@@ -45,31 +49,35 @@ pub fn write_bands(
     file: &PictureFile,
     bands: impl IntoIterator<Item = io::Result<Film>>,
 ) -> io::Result<()> {
-    let mut bands = CheckedBands::new(file, bands.into_iter());
-    if file.format.seeks() {
-        out.write_all(&in_memory(|out| bands.write_seeking(out))?)?
-    } else {
-        bands.write(out)?
-    }
-    out.flush()
+    let mut bands = bands.into_iter();
+    CheckedBands::new(file, &mut bands).write_to(out)
 }
 
 /// Bands that have been checked: each is as wide as the picture, and none reaches below it. If they
 /// end before the picture does, the last item is an error.
-struct CheckedBands<'a, I> {
-    bands: I,
+struct CheckedBands<'a> {
+    bands: Films<'a>,
     file: &'a PictureFile,
     /// Rows that are still to come.
     rows: u32,
 }
 
-impl<'a, I: Iterator<Item = io::Result<Film>>> CheckedBands<'a, I> {
-    fn new(file: &'a PictureFile, bands: I) -> CheckedBands<'a, I> {
+impl<'a> CheckedBands<'a> {
+    fn new(file: &'a PictureFile, bands: Films<'a>) -> CheckedBands<'a> {
         CheckedBands {
             bands,
             file,
             rows: file.height,
         }
+    }
+
+    fn write_to(&mut self, out: &mut dyn Write) -> io::Result<()> {
+        if self.file.format.seeks() {
+            out.write_all(&in_memory(|out| self.write_seeking(out))?)?
+        } else {
+            self.write(out)?
+        }
+        out.flush()
     }
 
     /// Writes a format that needs no seeking.
@@ -86,13 +94,13 @@ impl<'a, I: Iterator<Item = io::Result<Film>>> CheckedBands<'a, I> {
             ImageFormat::Hdr => write_hdr(out, size, &file.header, bands)?,
             _ => {
                 let encoder = &encoder;
-                let bands = bands.map(|film| {
+                let mut bands = bands.map(|film| {
                     let film = film?;
                     let height = film.height as usize;
                     let samples = move |rows| encoder.png_samples(&film, rows, file.depth);
-                    Ok((height, samples))
+                    Ok((height, Box::new(samples) as Box<_>))
                 });
-                write_png(out, size, Some(file), bands)?;
+                write_png(out, size, Some(file), &mut bands)?;
             }
         }
         self.end()
@@ -133,7 +141,7 @@ impl<'a, I: Iterator<Item = io::Result<Film>>> CheckedBands<'a, I> {
     }
 }
 
-impl<I: Iterator<Item = io::Result<Film>>> Iterator for CheckedBands<'_, I> {
+impl Iterator for CheckedBands<'_> {
     type Item = io::Result<Film>;
 
     fn next(&mut self) -> Option<io::Result<Film>> {

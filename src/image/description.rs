@@ -60,5 +60,28 @@ pub struct PictureFile {
     pub header: PictureHeader,
 }
 
+/// Radiance from which on sRGB of eight bits is not black.
+const VISIBLE: f32 = 0.5 / 255.0 / 12.92;
+
+impl PictureFile {
+    /// Radiance as the file shows it: on a screen, the dark is black, and all from 1 on is white.
+    pub fn shown(&self, radiance: f32) -> f32 {
+        match radiance * self.exposure.stops.exp2() {
+            _ if self.format.is_linear() => radiance,
+            shown if shown < VISIBLE => 0.0,
+            shown => shown.min(1.0),
+        }
+    }
+
+    /// The colour that all pixels of a film show, if it is the same.
+    pub fn even_color(&self, film: &Film) -> Option<[f32; 3]> {
+        let planes = film.planes.each_ref();
+        let color = planes.map(|plane| self.shown(*plane.first().unwrap_or(&0.0)));
+        let mut planes = planes.into_iter().zip(color);
+        let is_even = planes.all(|(plane, c)| plane.iter().all(|&p| self.shown(p) == c));
+        is_even.then_some(color)
+    }
+}
+
 /// Films in the form for writers.
 pub(super) type Films<'a> = &'a mut dyn Iterator<Item = io::Result<Film>>;

@@ -18,6 +18,7 @@ mod error;
 mod exr;
 mod exr_header;
 mod false_color;
+mod film_bits;
 mod format;
 mod hdr_pfm;
 mod header;
@@ -28,6 +29,7 @@ mod read;
 mod straight_alpha;
 #[cfg(test)]
 mod test_film;
+mod thumbnail;
 mod zlib_strips;
 
 pub use bands::{save_bands, write_bands};
@@ -39,6 +41,7 @@ pub use description::{BAND_ROWS, Crop, Depth, PictureFile};
 pub use encoder::{Exposure, MAX_EXPOSURE, Picture, encode};
 pub use error::{CompareError, DifferentSizes, PictureError};
 pub use false_color::{false_color, false_colors};
+pub use film_bits::{HitBits, PixelBits, differing_pixels, pixel_hashes, put_tile_bytes};
 pub use format::ImageFormat;
 pub use header::PictureHeader;
 pub use jpeg::jpeg_bytes;
@@ -47,3 +50,4 @@ pub use png::{png_bytes, save_png};
 pub use read::{
     PictureChannel, PictureLayout, PictureReader, Raster, SampleKind, SamplePlanes, load,
 };
+pub use thumbnail::Thumbnail;

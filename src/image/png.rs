@@ -48,21 +48,24 @@ fn write_picture(out: &mut dyn Write, picture: &Picture) -> io::Result<()> {
         // Too few samples are an error of the encoder.
         samples.unwrap_or_default().to_vec()
     };
-    let rows = [Ok((*height as usize, samples))];
-    write_png(out, (*width, *height), None, rows.into_iter())
+    let rows: PngBand = (*height as usize, Box::new(samples));
+    write_png(out, (*width, *height), None, &mut [Ok(rows)].into_iter())
 }
 
 /// Rows of a strip: bands end between two strips, so that these depend on the picture alone.
 const STRIP_ROWS: usize = BAND_ROWS as usize;
 
-/// Writes the bands of a picture as they arrive. A band is its height, and a function that encodes
-/// a range of its rows: all threads encode, filter and compress strips of the band, which are
-/// written in order. Without a description, samples are RGB of 8 bits, and the file has no texts.
-pub(super) fn write_png<S: Fn(Range<usize>) -> Vec<u8> + Sync>(
+/// The height of a band, and a function that encodes a range of its rows.
+pub(super) type PngBand<'a> = (usize, Box<dyn Fn(Range<usize>) -> Vec<u8> + Sync + 'a>);
+
+/// Writes the bands of a picture as they arrive: all threads encode, filter and compress strips of
+/// the band, which are written in order. Without a description, samples are RGB of 8 bits, and the
+/// file has no texts.
+pub(super) fn write_png(
     out: &mut dyn Write,
     (width, height): (u32, u32),
     file: Option<&PictureFile>,
-    bands: impl Iterator<Item = io::Result<(usize, S)>>,
+    bands: &mut dyn Iterator<Item = io::Result<PngBand>>,
 ) -> io::Result<()> {
     let write = || {
         let mut encoder = encoder(out, (width, height), file);
@@ -242,13 +245,8 @@ mod tests {
                 ..PLAIN_EXR
             };
             let mut bytes = Vec::new();
-            write_png(
-                &mut bytes,
-                (7, 5),
-                Some(&file),
-                [Ok((5, |_| ramp().rgb))].into_iter(),
-            )
-            .unwrap();
+            let band: PngBand = (5, Box::new(|_| ramp().rgb));
+            write_png(&mut bytes, (7, 5), Some(&file), &mut [Ok(band)].into_iter()).unwrap();
             let chunks = chunks(&bytes);
             let all = |kind: &str| -> Vec<&[u8]> {
                 let those = chunks.iter().filter(|(other, _)| other == kind);
@@ -320,7 +318,8 @@ mod tests {
                     let mut png = Vec::new();
                     let rows =
                         |rows: Range<usize>| samples[rows.start * pitch..rows.end * pitch].to_vec();
-                    let bands = [Ok((height, rows))].into_iter();
+                    let band: PngBand = (height, Box::new(rows));
+                    let bands = &mut [Ok(band)].into_iter();
                     write_png(&mut png, (width, height as u32), Some(&file), bands).unwrap();
                     assert!(
                         decoded(&png) == samples,

@@ -7,8 +7,8 @@ use std::collections::HashMap;
 /// Side of a block. Every tile's sides are multiples of it, except where the window cuts them.
 const BLOCK: u32 = 8;
 
-/// Side of a square of blocks, in blocks: a square has as many blocks as a word has bits.
-const SQUARE: u32 = 8;
+/// Side of a square of blocks: a square has as many blocks as a word has bits.
+const SQUARE: u32 = 8 * BLOCK;
 
 /// A set of blocks of one grid over the whole picture. If the window cuts a block, only the part
 /// within the window counts.
@@ -18,15 +18,8 @@ const SQUARE: u32 = 8;
 #[derive(Clone, Debug)]
 pub(super) struct FinishedPixels {
     window: Tile,
-    /// Finished blocks of a square, by its column and row.
+    /// Finished blocks of a square, by its left column and its top row.
     finished: HashMap<(u32, u32), u64>,
-}
-
-/// A block, as the square that it lies in and its bit there.
-struct PixelBlock {
-    square: (u32, u32),
-    bit: u64,
-    pixels: Tile,
 }
 
 impl FinishedPixels {
@@ -42,14 +35,15 @@ impl FinishedPixels {
     /// finished before.
     pub(super) fn add(&mut self, tile: Tile) -> u64 {
         let mut new = 0;
-        for block in self.blocks(tile) {
-            if block.pixels.within(tile) != block.pixels {
-                continue;
-            }
-            let square = self.finished.entry(block.square).or_default();
-            if *square & block.bit == 0 {
-                *square |= block.bit;
-                new += block.pixels.pixels();
+        let inside = tile.within(self.window);
+        for square in cells(inside, SQUARE) {
+            let finished = self.finished.entry((square.x, square.y)).or_default();
+            for block in cells(inside.within(square), BLOCK) {
+                let pixels = block.within(self.window);
+                if pixels.within(tile) == pixels && *finished & bit(block) == 0 {
+                    *finished |= bit(block);
+                    new += pixels.pixels();
+                }
             }
         }
         new
@@ -57,36 +51,34 @@ impl FinishedPixels {
 
     /// Returns true if every pixel of a tile is finished.
     pub(super) fn has(&self, tile: Tile) -> bool {
-        self.blocks(tile).all(|block| {
-            let square = self.finished.get(&block.square);
-            square.is_some_and(|square| square & block.bit != 0)
+        let inside = tile.within(self.window);
+        cells(inside, SQUARE).all(|square| {
+            let finished = self.finished.get(&(square.x, square.y)).unwrap_or(&0);
+            let mut blocks = cells(inside.within(square), BLOCK);
+            blocks.all(|block| finished & bit(block) != 0)
         })
     }
+}
 
-    /// The blocks that a tile touches.
-    fn blocks(&self, tile: Tile) -> impl Iterator<Item = PixelBlock> + use<> {
-        let window = self.window;
-        let tile = tile.within(window);
-        let columns = tile.x / BLOCK..(tile.x + tile.width).div_ceil(BLOCK);
-        let rows = tile.y / BLOCK..(tile.y + tile.height).div_ceil(BLOCK);
-        let none = tile.pixels() == 0;
-        let rows = if none { 0..0 } else { rows };
-        rows.flat_map(move |row| {
-            columns.clone().map(move |column| {
-                let block = Tile {
-                    x: column * BLOCK,
-                    y: row * BLOCK,
-                    width: BLOCK,
-                    height: BLOCK,
-                };
-                PixelBlock {
-                    square: (column / SQUARE, row / SQUARE),
-                    bit: 1 << (row % SQUARE * SQUARE + column % SQUARE),
-                    pixels: block.within(window),
-                }
-            })
+/// The bit of a block in its square.
+fn bit(block: Tile) -> u64 {
+    let (column, row) = (block.x % SQUARE / BLOCK, block.y % SQUARE / BLOCK);
+    1 << (row * (SQUARE / BLOCK) + column)
+}
+
+/// The cells of a grid over the whole picture that a tile touches.
+fn cells(tile: Tile, side: u32) -> impl Iterator<Item = Tile> {
+    let columns = tile.x / side..(tile.x + tile.width).div_ceil(side);
+    let rows = tile.y / side..(tile.y + tile.height).div_ceil(side);
+    let rows = if tile.pixels() == 0 { 0..0 } else { rows };
+    rows.flat_map(move |row| {
+        columns.clone().map(move |column| Tile {
+            x: column * side,
+            y: row * side,
+            width: side,
+            height: side,
         })
-    }
+    })
 }
 
 #[cfg(test)]

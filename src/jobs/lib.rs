@@ -15,7 +15,6 @@
 //! | `bands` | a window of the picture, band by band |
 //! | `open_bands` | bands that workers fill while those above them are taken |
 //! | `stored_tiles` | finished tiles on their way into the file and the thumbnail |
-//! | `thumbnail` | a small picture of the progress |
 //! | `plan` | assignment of tiles to machines |
 //! | `sequence_plan` | the frames of a plan, and the camera's path |
 //! | `planned_frames` | their views, keys, shards and files |
@@ -56,7 +55,6 @@ mod render_key;
 mod sequence_plan;
 pub mod spec;
 mod stored_tiles;
-mod thumbnail;
 mod tile_file;
 mod tile_record;
 
@@ -73,5 +71,4 @@ pub use render_key::{KeyDifference, RenderKey, SceneStamp};
 pub use sequence_plan::{MAX_FRAME, MAX_KEYFRAMES, PlannedCamera, SequencePlan, ShardBy};
 pub use spec::{EncodingSpec, PictureSpec, PixelSpec, SceneOverrides, ToneSpec};
 pub use stored_tiles::TileOutputs;
-pub use thumbnail::Thumbnail;
 pub use tile_file::TileFile;

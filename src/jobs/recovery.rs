@@ -8,6 +8,7 @@ use super::file_header::{self, FileHeader, TILES};
 use super::kept_file::KeptFileError;
 use super::render_key::RenderKey;
 use super::tile_record::{self, HEADER_BYTES, RecordHeader};
+use memchr::memmem::Finder;
 use phalanx_render::frame::Tile;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
@@ -72,10 +73,9 @@ impl Recovery {
             head.identity == identity && head.planes == planes && is_inside
         };
         let mut left = length.saturating_mul(MAX_SEARCHED_PER_BYTE);
-        let mut bytes = Vec::new();
+        let mut bytes = [0; HEADER_BYTES];
         while offset + HEADER_BYTES as u64 <= length {
             places.seek_forward(offset)?;
-            bytes.resize(HEADER_BYTES, 0);
             places.read_exact(&mut bytes)?;
             let head = RecordHeader::read(&bytes).filter(is_ours);
             // A tile that was cut off may have other records after it.
@@ -86,9 +86,9 @@ impl Recovery {
                 continue;
             };
             // The content is no longer than the file.
-            bytes.resize(head.content_bytes(), 0);
-            places.read_exact(&mut bytes)?;
-            if crc32fast::hash(&bytes) == head.content {
+            let mut content = vec![0; head.content_bytes()];
+            places.read_exact(&mut content)?;
+            if crc32fast::hash(&content) == head.content {
                 self.tiles.push((head.tile, offset));
                 (offset, self.end) = (end, end);
                 continue;
@@ -96,7 +96,7 @@ impl Recovery {
             // The content may have been cut off, with another record where it would have continued:
             // only the part that certainly belongs to it is skipped.
             self.damaged += 1;
-            offset = match left.checked_sub(bytes.len() as u64) {
+            offset = match left.checked_sub(content.len() as u64) {
                 Some(rest) => {
                     left = rest;
                     places
@@ -114,13 +114,18 @@ impl Recovery {
 struct ForwardReader<'a> {
     reader: BufReader<&'a File>,
     offset: u64,
+    magic: Finder<'static>,
 }
 
 impl ForwardReader<'_> {
     fn new(file: &File) -> io::Result<ForwardReader<'_>> {
         let mut reader = BufReader::with_capacity(1 << 20, file);
         io::Seek::rewind(&mut reader)?;
-        Ok(ForwardReader { reader, offset: 0 })
+        Ok(ForwardReader {
+            reader,
+            offset: 0,
+            magic: Finder::new(&tile_record::MAGIC),
+        })
     }
 
     /// Seeks without discarding data that has been read ahead.
@@ -133,7 +138,6 @@ impl ForwardReader<'_> {
 
     /// The first offset from `from` on where a record may begin.
     fn next_magic(&mut self, from: u64) -> io::Result<Option<u64>> {
-        let finder = memchr::memmem::Finder::new(&tile_record::MAGIC);
         self.seek_forward(from)?;
         loop {
             let bytes = self.reader.fill_buf()?;
@@ -146,7 +150,7 @@ impl ForwardReader<'_> {
                 let mut cut = lengths.filter(|&n| bytes.ends_with(&tile_record::MAGIC[..n]));
                 Some(bytes.len() - cut.next()?)
             };
-            if let Some(position) = finder.find(bytes).or_else(cut_off) {
+            if let Some(position) = self.magic.find(bytes).or_else(cut_off) {
                 return Ok(Some(self.offset + position as u64));
             }
             let all = bytes.len();

@@ -1,8 +1,8 @@
 //! Destinations of finished tiles apart from the picture: a file and a thumbnail.
 
 use super::kept_file::KeptFileError;
-use super::thumbnail::Thumbnail;
 use super::tile_file::TileFile;
+use phalanx_image::Thumbnail;
 use phalanx_render::frame::{Aovs, Control, Tile};
 use phalanx_scene::film::{TileBuffer, TileSink};
 use std::sync::atomic::Ordering::Relaxed;

@@ -12,6 +12,7 @@ use super::kept_file::{KeptFileError, check_regular, open_exclusive};
 use super::recovery::Recovery;
 use super::render_key::RenderKey;
 use super::tile_record::{self, HEADER_BYTES, MAX_SIDE, RecordHeader};
+use phalanx_image::put_tile_bytes;
 use phalanx_render::frame::Tile;
 use phalanx_scene::film::{Film, TileBuffer};
 use std::fs::File;
@@ -122,7 +123,7 @@ impl TileFile {
     pub fn restore(&self, window: Tile, film: &mut Film) -> Result<(), KeptFileError> {
         let io = |source| KeptFileError::io(&self.path, source);
         let mut end = self.append.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut bytes = Vec::new();
+        let mut bytes = [0; HEADER_BYTES];
         let bottom = window.y + window.height;
         // Tiles are sorted by their first rows, and none has more rows than a tile may have.
         let from = |(tile, _): &(Tile, u64)| tile.y.saturating_add(MAX_SIDE) <= window.y;
@@ -134,19 +135,18 @@ impl TileFile {
                 continue;
             }
             moved = true;
-            bytes.resize(HEADER_BYTES, 0);
             end.file.seek(SeekFrom::Start(offset)).map_err(io)?;
             end.file.read_exact(&mut bytes).map_err(io)?;
             let changed = || io(io::Error::other("it has changed since it was opened"));
             let same = |head: &RecordHeader| head.tile == tile && head.planes == self.planes;
             let head = RecordHeader::read(&bytes).filter(same);
             let head = head.ok_or_else(changed)?;
-            bytes.resize(head.content_bytes(), 0);
-            end.file.read_exact(&mut bytes).map_err(io)?;
-            if crc32fast::hash(&bytes) != head.content {
+            let mut content = vec![0; head.content_bytes()];
+            end.file.read_exact(&mut content).map_err(io)?;
+            if crc32fast::hash(&content) != head.content {
                 return Err(changed());
             }
-            put(film, window, tile, &bytes);
+            put_tile_bytes(film, window, tile, &content);
         }
         if moved {
             let offset = end.offset;
@@ -218,25 +218,6 @@ impl TileFile {
                 synced: Instant::now(),
             }),
         })
-    }
-}
-
-/// Copies the part of a tile that lies in a window onto the window's film.
-fn put(film: &mut Film, window: Tile, tile: Tile, bytes: &[u8]) {
-    let part = tile.within(window);
-    let plane_bytes = 4 * tile.pixels() as usize;
-    let planes = film.planes_mut().into_iter();
-    for (plane, bytes) in planes.zip(bytes.chunks_exact(plane_bytes)) {
-        let words = bytes.as_chunks::<4>().0;
-        for y in part.y..part.y + part.height {
-            let from = ((y - tile.y) * tile.width + part.x - tile.x) as usize;
-            let to = (y - window.y) as usize * window.width as usize + (part.x - window.x) as usize;
-            let width = part.width as usize;
-            let pixels = plane[to..to + width].iter_mut();
-            for (pixel, word) in pixels.zip(&words[from..from + width]) {
-                *pixel = f32::from_le_bytes(*word);
-            }
-        }
     }
 }
 

@@ -96,7 +96,7 @@ pub(super) fn write(buffer: &mut Vec<u8>, tile: Tile, identity: u32, planes: &[&
     buffer.clear();
     buffer.resize(HEADER_BYTES, 0);
     for plane in planes {
-        buffer.extend(plane.iter().flat_map(|value| value.to_le_bytes()));
+        buffer.extend_from_slice(bytemuck::cast_slice(plane));
     }
     let head = RecordHeader {
         tile,

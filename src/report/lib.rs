@@ -1,5 +1,6 @@
 //! Records of benchmark runs: their layout, statistics, comparison, and presentation as a page.
-//! What is measured, and how, is another crate's business: nothing here knows a tracer.
+//! What is measured, and how, is another crate's business: nothing here knows a tracer. The suite
+//! is read here, too.
 
 mod comparison;
 mod files;
@@ -10,6 +11,7 @@ mod record;
 mod record_index;
 mod report_table;
 mod statistics;
+mod suite;
 mod text;
 
 pub use comparison::{
@@ -26,4 +28,5 @@ pub use record::*;
 pub use record_index::{AUTO, RecordIndex, SpeedRatio, is_peer, kinds_frame_first, quotable_line};
 pub use report_table::{ReportTable, aligned};
 pub use statistics::{geometric_mean, median};
+pub use suite::{Suite, SuiteError, SuiteScene};
 pub use text::{commit, day, markdown, wrapped};

@@ -87,12 +87,17 @@ trait ObvhsShape: Boundable + Copy + Send + Sync + 'static {
     fn intersect(&self, ray: &Ray) -> f32;
 
     fn bvh2(shapes: &[Self], preset: BvhBuildParams) -> Bvh2 {
-        build_bvh2(shapes, preset, &mut Duration::default())
+        build_bvh2(&boxes(shapes), preset, &mut Duration::default())
     }
 
     fn cwbvh(shapes: &[Self], preset: BvhBuildParams) -> CwBvh {
-        build_cwbvh(shapes, preset, &mut Duration::default())
+        build_cwbvh(&boxes(shapes), preset, &mut Duration::default())
     }
+}
+
+/// The boxes of shapes: all that builders ask of them, so that one is compiled for all shapes.
+fn boxes(shapes: &[impl Boundable]) -> Vec<Aabb> {
+    shapes.iter().map(Boundable::aabb).collect()
 }
 
 impl ObvhsShape for Triangle {

@@ -70,7 +70,7 @@ fn save(
         color: layer.rgb().is_some(),
         peak: difference.peak,
     };
-    let bands = band_pairs(a, b)?.map(|band| {
+    let mut bands = band_pairs(a, b)?.map(|band| {
         let band = band.map_err(io::Error::other)?;
         let (height, drawing) = (band.rows as usize, &drawing);
         let samples = move |rows: Range<usize>| {
@@ -78,9 +78,11 @@ fn save(
             rows.for_each(|row| drawing.row(&band, row, side_by_side, &mut rgb));
             rgb
         };
-        Ok((height, samples))
+        Ok((height, Box::new(samples) as Box<_>))
     });
-    let written = replace_file(path, |out| write_png(out, (columns, height), None, bands));
+    let written = replace_file(path, |out| {
+        write_png(out, (columns, height), None, &mut bands)
+    });
     Ok(written.map_err(PictureError::write(path))?)
 }
 

@@ -17,7 +17,9 @@ use args::{BenchCommand, PeerArg, RunArgs};
 use bar::BenchProgressBar;
 use baseline::Baseline;
 use measure::{BenchScene, measure_scene, record};
-use phalanx::bench::{BenchError, BenchPlan, DumpError, Measured, Suite, SuiteScene, dump};
+use phalanx::bench::{
+    BenchError, BenchPlan, DumpError, Measured, SceneInfo, Suite, SuiteScene, dump,
+};
 use phalanx::files::shown_path;
 use phalanx::frame::Control;
 use phalanx::jobs::SceneOverrides;
@@ -285,7 +287,7 @@ fn bench_scenes(
         let mut of_suite = suite.scene.iter();
         let of_suite = of_suite.find(|scene| path.as_os_str() == &*scene.name);
         let mut info = of_suite
-            .map(|scene| scene.info(answers))
+            .map(|scene| SceneInfo::of_suite(scene, answers))
             .unwrap_or_default();
         info.name = path.file_name().unwrap_or_default().display().to_string();
         let is_namesake = |other: &&PathBuf| other.file_name() == path.file_name();

@@ -146,9 +146,7 @@ pub fn run(args: &VerifyArgs) -> Result<(), CliError> {
             }
             let (outcome, reference) = verify(args, path, &mut scene_input, record.as_ref())?;
             scenes.push(outcome);
-            if args.record.is_some() {
-                hashes.push(reference);
-            }
+            hashes.extend(reference);
         }
     }
     if let Some(path) = &args.record {
@@ -172,13 +170,13 @@ impl SceneOutcome {
     }
 }
 
-/// Verifies one scene, and returns its hashes for a record.
+/// Verifies one scene, and returns its hashes if they are recorded or compared.
 fn verify(
     args: &VerifyArgs,
     path: &Path,
     scene_input: &mut SceneInput,
     record: Option<&PixelHashFile>,
-) -> Result<(SceneOutcome, PixelHashes), CliError> {
+) -> Result<(SceneOutcome, Option<PixelHashes>), CliError> {
     let scene = &scene_input.scene;
     let settings = args.tiles.apply(args.pixels.settings(scene));
     let settings = Settings {
@@ -204,9 +202,12 @@ fn verify(
     let prepared = scene_input.prepare(Engine::Scalar, &args.tree, 0)?;
     let reference = render(args, scene_input, &prepared, &settings)?;
     drop(prepared);
-    let hashes = PixelHashes::of(path, &settings, encoding, &reference.film);
-    let against = match (&args.against, expected) {
-        (Some(file), Some(expected)) => Some(compare_with(args, path, file, expected, &hashes)?),
+    let is_hashed = args.record.is_some() || args.against.is_some();
+    let hashes = is_hashed.then(|| PixelHashes::of(path, &settings, encoding, &reference.film));
+    let against = match (&args.against, expected, &hashes) {
+        (Some(file), Some(expected), Some(hashes)) => {
+            Some(compare_with(args, path, file, expected, hashes)?)
+        }
         _ => None,
     };
     let outcome = SceneOutcome {

@@ -3,6 +3,7 @@
 use crate::cli::output::to_file_coordinates;
 use phalanx::files::quoted_text;
 use phalanx::frame::Settings;
+use phalanx::image::{HitBits, PixelBits, differing_pixels};
 use phalanx::render::{Film, NO_HIT};
 use phalanx::report::counted;
 use phalanx::scene::Scene;
@@ -23,9 +24,8 @@ pub struct FilmDifference {
 }
 
 /// The values of a pixel, and the names of the object and the material that it shows.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq)]
 struct PixelRecord {
-    #[serde(flatten)]
     bits: PixelBits,
     names: [Option<String>; 2],
 }
@@ -45,43 +45,6 @@ struct CameraRay {
     dir: [f32; 3],
 }
 
-/// All compared values of a pixel, as bits, so that -0 is not 0 and equal NaNs are equal.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct PixelBits {
-    /// Primitive, distance and barycentric weights, if hits were recorded.
-    pub hit: Option<HitBits>,
-    /// Radiance.
-    pub radiance: [u32; 3],
-    /// A hash of its AOVs; 0 without any.
-    pub layers: u64,
-}
-
-/// A primary hit as bits.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct HitBits {
-    /// Primitive, or [`NO_HIT`].
-    pub prim_id: u32,
-    /// t, u and v.
-    pub tuv: [u32; 3],
-}
-
-impl PixelBits {
-    /// Pixel `i` of a film.
-    pub fn of(film: &Film, i: usize) -> PixelBits {
-        let hit = film.hits.as_ref().map(|hits| HitBits {
-            prim_id: hits.prim_id[i],
-            tuv: [&hits.t, &hits.u, &hits.v].map(|column| column[i].to_bits()),
-        });
-        PixelBits {
-            hit,
-            radiance: [0, 1, 2].map(|c| film.planes[c][i].to_bits()),
-            layers: film.aov_planes.iter().fold(0, |hash, layer| {
-                (hash ^ u64::from(layer[i].to_bits()) ^ 1 << 32).wrapping_mul(0x0100_0000_01b3)
-            }),
-        }
-    }
-}
-
 /// Compares two films of one size, hits and radiance, bit by bit.
 pub fn first_difference(
     scene: &Scene,
@@ -89,9 +52,7 @@ pub fn first_difference(
     scalar: &Film,
     simd: &Film,
 ) -> Option<FilmDifference> {
-    let count = scalar.width as usize * scalar.height as usize;
-    let mut differing = (0..count).filter(|&i| PixelBits::of(scalar, i) != PixelBits::of(simd, i));
-    let first = differing.next()?;
+    let (first, pixels) = differing_pixels(scalar, simd)?;
     let width = scalar.width as usize;
     let window = settings.window();
     let [column, row] = [first % width, first / width].map(|index| index as u32);
@@ -99,7 +60,7 @@ pub fn first_difference(
     Some(FilmDifference {
         x,
         y,
-        pixels: 1 + differing.count(),
+        pixels,
         ray: camera_ray(scene, settings, x, y),
         scalar: PixelRecord::of(scene, scalar, first),
         simd: PixelRecord::of(scene, simd, first),
@@ -128,16 +89,7 @@ impl fmt::Display for FilmDifference {
 
 impl fmt::Display for PixelRecord {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", self.bits)?;
-        let names = ["object", "material"].iter().zip(&self.names);
-        let mut known = names.filter_map(|(kind, name)| Some((kind, name.as_deref()?)));
-        known.try_for_each(|(kind, name)| write!(f, "; {kind} {}", quoted_text(name)))
-    }
-}
-
-impl fmt::Display for PixelBits {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.hit {
+        match self.bits.hit {
             None => write!(f, "hit not recorded")?,
             Some(HitBits {
                 prim_id: NO_HIT, ..
@@ -149,20 +101,23 @@ impl fmt::Display for PixelBits {
                 }
             }
         }
-        let [r, g, b] = self.radiance;
-        let [red, green, blue] = self.radiance.map(f32::from_bits);
+        let [r, g, b] = self.bits.radiance;
+        let [red, green, blue] = self.bits.radiance.map(f32::from_bits);
         write!(
             f,
             "; radiance {r:08x} {g:08x} {b:08x} ({red}, {green}, {blue})"
-        )
+        )?;
+        let names = ["object", "material"].iter().zip(&self.names);
+        let mut known = names.filter_map(|(kind, name)| Some((kind, name.as_deref()?)));
+        known.try_for_each(|(kind, name)| write!(f, "; {kind} {}", quoted_text(name)))
     }
 }
 
-impl Serialize for PixelBits {
+impl Serialize for PixelRecord {
     /// Writes the bits as hexadecimal strings, with the numbers next to them for people.
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         #[derive(Serialize)]
-        struct Shown {
+        struct Shown<'a> {
             prim_id: Option<u32>,
             t_bits: Option<String>,
             u_bits: Option<String>,
@@ -170,18 +125,21 @@ impl Serialize for PixelBits {
             t: Option<f32>,
             radiance_bits: [String; 3],
             radiance: [f32; 3],
+            names: &'a [Option<String>; 2],
         }
+        let PixelBits { hit, radiance, .. } = self.bits;
         let hex = |bits: u32| format!("{bits:08x}");
-        let tuv = |i: usize| self.hit.map(|hit| hex(hit.tuv[i]));
-        let met = self.hit.filter(|hit| hit.prim_id != NO_HIT);
+        let tuv = |i: usize| hit.map(|hit| hex(hit.tuv[i]));
+        let met = hit.filter(|hit| hit.prim_id != NO_HIT);
         let shown = Shown {
             prim_id: met.map(|hit| hit.prim_id),
             t_bits: tuv(0),
             u_bits: tuv(1),
             v_bits: tuv(2),
             t: met.map(|hit| f32::from_bits(hit.tuv[0])),
-            radiance_bits: self.radiance.map(hex),
-            radiance: self.radiance.map(f32::from_bits),
+            radiance_bits: radiance.map(hex),
+            radiance: radiance.map(f32::from_bits),
+            names: &self.names,
         };
         shown.serialize(serializer)
     }

@@ -1,19 +1,17 @@
 //! `verify --record` and `--against`: hashes of a picture, small enough to keep.
 //!
-//! Each pixel has two 64-bit FNV-1a hashes over little-endian bits: one of its primary hit
-//! (prim_id, t, u, v), and one of its radiance. A row of the picture is one string, with 16
-//! hexadecimal digits per pixel.
+//! Each pixel has two hashes, of its primary hit and of its radiance: see [`pixel_hashes`].
 
-use super::pixel_diff::PixelBits;
 use crate::cli::output::{self, CliError, PictureWindow, RenderSummary, interrupt};
 use phalanx::files::shown_path;
 use phalanx::frame::Settings;
+use phalanx::image::pixel_hashes;
 use phalanx::jobs::spec::OptionValue;
 use phalanx::render::Film;
 use phalanx::scene::OutputEncoding;
 use serde::{Deserialize, Serialize};
 use std::fs::File;
-use std::io::{self, BufReader, BufWriter, Read};
+use std::io::{self, BufRead, BufReader, BufWriter, Read};
 use std::path::{Path, PathBuf};
 
 /// Version of the record's layout and of the values that are hashed.
@@ -66,20 +64,24 @@ impl PixelHashFile {
         let name = shown_path(path);
         output::reads("the record", path)?;
         let file = File::open(path).map_err(|e| CliError::cannot_read(&name, e))?;
-        // A device may never end, so reading stops at the first invalid byte, or at the limit.
         let most = if file.metadata().is_ok_and(|file| file.is_file()) {
             u64::MAX
         } else {
             MAX_PIPED
         };
-        let reader = BufReader::with_capacity(1 << 16, file.take(most));
-        let record: PixelHashFile = serde_json::from_reader(reader).map_err(|e| {
-            if e.is_io() {
-                CliError::cannot_read(&name, e)
-            } else {
-                CliError::Runtime(format!("{name}: not a record of verify: {e}"))
+        let mut reader = BufReader::with_capacity(1 << 16, file.take(most));
+        let mut read = || -> io::Result<Vec<u8>> {
+            // A device may never end, so what does not begin as a record is not read whole.
+            let mut bytes = reader.fill_buf()?.to_vec();
+            if bytes.trim_ascii_start().starts_with(b"{") {
+                bytes.clear();
+                reader.read_to_end(&mut bytes)?;
             }
-        })?;
+            Ok(bytes)
+        };
+        let bytes = read().map_err(|e| CliError::cannot_read(&name, e))?;
+        let record: PixelHashFile = serde_json::from_slice(&bytes)
+            .map_err(|e| CliError::Runtime(format!("{name}: not a record of verify: {e}")))?;
         if record.schema_version != SCHEMA_VERSION {
             return Err(CliError::Usage(format!(
                 "{name}: record version {} is not supported, only version {SCHEMA_VERSION}",
@@ -166,19 +168,7 @@ impl PixelHashes {
         film: &Film,
     ) -> PixelHashes {
         let mut recorded = PixelHashes::heading(path, settings, encoding);
-        for y in 0..film.height as usize {
-            let (mut hits, mut radiance) = (String::new(), String::new());
-            for x in 0..film.width as usize {
-                let pixel = PixelBits::of(film, y * film.width as usize + x);
-                let hit = pixel
-                    .hit
-                    .map(|hit| [hit.prim_id, hit.tuv[0], hit.tuv[1], hit.tuv[2]]);
-                hits.push_str(&format!("{:016x}", fnv1a(&hit.unwrap_or_default())));
-                radiance.push_str(&format!("{:016x}", fnv1a(&pixel.radiance)));
-            }
-            recorded.hits.push(hits);
-            recorded.radiance.push(radiance);
-        }
+        [recorded.hits, recorded.radiance] = pixel_hashes(film);
         recorded
     }
 
@@ -213,14 +203,6 @@ fn first_in_row(a: &str, b: &str) -> Option<usize> {
     Some(digit / DIGITS)
 }
 
-/// FNV-1a, 64 bits, over the little-endian bytes (<http://www.isthe.com/chongo/tech/comp/fnv/>).
-fn fnv1a(words: &[u32]) -> u64 {
-    let bytes = words.iter().flat_map(|w| w.to_le_bytes());
-    bytes.fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
-        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::fixture::film;
@@ -245,16 +227,6 @@ mod tests {
             Scene::default().encoding,
             film,
         )
-    }
-
-    #[test]
-    fn the_hash_is_fnv1a() {
-        // Published values: of no bytes, and of the bytes "foob" and "ar\0\0" by continuation.
-        assert_eq!(fnv1a(&[]), 0xcbf2_9ce4_8422_2325);
-        assert_eq!(
-            fnv1a(&[u32::from_le_bytes(*b"foob")]),
-            0xdd12_0e79_0c25_12af
-        );
     }
 
     #[test]

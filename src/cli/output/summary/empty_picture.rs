@@ -9,19 +9,6 @@ use phalanx::scene::{Bounds, Scene};
 /// detail.
 const MIN_PIXELS: usize = 64;
 
-/// Radiance from which on sRGB of eight bits is not black.
-const VISIBLE: f32 = 0.5 / 255.0 / 12.92;
-
-/// Radiance as a file shows it: on a screen, the dark is black, and all from 1 on is white.
-fn shown_by(file: &PictureFile) -> impl Fn(f32) -> f32 {
-    let (gain, is_linear) = (file.exposure.stops.exp2(), file.format.is_linear());
-    move |radiance| match radiance * gain {
-        _ if is_linear => radiance,
-        shown if shown < VISIBLE => 0.0,
-        shown => shown.min(1.0),
-    }
-}
-
 /// The warning of a picture in which nothing can be seen.
 pub const EMPTY: &str = "the picture is empty (all pixels have the same colour)";
 
@@ -44,16 +31,12 @@ impl EvenColor {
         if pixels == 0 || matches!(self, EvenColor::Several) {
             return;
         }
-        let shown = shown_by(file);
-        let (color, before) = match *self {
-            EvenColor::All(color, before) => (color, before),
-            _ => (band.pixel(0, 0).map(&shown), 0),
-        };
-        let mut planes = band.planes.iter().zip(color);
-        *self = if planes.all(|(plane, c)| plane.iter().all(|&p| shown(p) == c)) {
-            EvenColor::All(color, before + pixels)
-        } else {
-            EvenColor::Several
+        *self = match (*self, file.even_color(band)) {
+            (EvenColor::Nothing, Some(color)) => EvenColor::All(color, pixels),
+            (EvenColor::All(color, before), Some(same)) if same == color => {
+                EvenColor::All(color, before + pixels)
+            }
+            _ => EvenColor::Several,
         };
     }
 
@@ -63,7 +46,7 @@ impl EvenColor {
         let EvenColor::All(color, pixels) = self else {
             return None;
         };
-        let background = color == scene.background.to_array().map(shown_by(file));
+        let background = color == scene.background.to_array().map(|c| file.shown(c));
         let detail = pixels < MIN_PIXELS && outside(scene, scene.bounds(), size).is_none();
         // A part of a picture may well be a part of one surface.
         let part = pixels < size.0 as usize * size.1 as usize && !background && color != [0.0; 3];

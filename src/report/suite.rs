@@ -1,7 +1,6 @@
 //! The standard suite: the scenes to measure if none is given, and the expected hits of their rays.
 
-use super::plan::SceneInfo;
-use phalanx_report::RaySetRecord;
+use super::record::RaySetRecord;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -59,19 +58,6 @@ impl Suite {
     /// None that can be provoked: every part of a suite can be written as TOML.
     pub fn to_text(&self) -> Result<String, SuiteError> {
         toml::to_string(self).map_err(|error| SuiteError(error.to_string()))
-    }
-}
-
-impl SuiteScene {
-    /// The scene's data in the form for a run; results are expected only at the suite's own size.
-    pub fn info(&self, answers: bool) -> SceneInfo {
-        SceneInfo {
-            name: self.name.clone(),
-            family: Some(self.family.clone()),
-            step: Some(self.step.clone()),
-            load_seconds: 0.0,
-            expected: if answers { self.expected.clone() } else { BTreeMap::new() },
-        }
     }
 }
 

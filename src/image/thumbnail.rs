@@ -1,7 +1,6 @@
 //! A small picture of the tiles finished so far, for observers.
 
-use phalanx_render::frame::Tile;
-use phalanx_scene::film::{Film, TileBuffer};
+use phalanx_scene::film::{Film, Tile, TileBuffer};
 use std::sync::{Mutex, PoisonError};
 
 /// A window of the picture on a film of few pixels. Each pixel is the mean of the finished pixels
@@ -32,7 +31,7 @@ impl Thumbnail {
     }
 
     /// Adds a finished tile.
-    pub(super) fn add(&self, tile: Tile, pixels: &TileBuffer) {
+    pub fn add(&self, tile: Tile, pixels: &TileBuffer) {
         let [red, green, blue] = pixels.radiance();
         self.add_rows(tile, |x, y| {
             let index = (y * tile.width + x) as usize;
@@ -41,7 +40,7 @@ impl Thumbnail {
     }
 
     /// Adds a tile that was finished before, from a film of some rows of the window.
-    pub(super) fn add_from(&self, film: &Film, band: Tile, tile: Tile) {
+    pub fn add_from(&self, film: &Film, band: Tile, tile: Tile) {
         self.add_rows(tile, |x, y| {
             film.pixel(tile.x - band.x + x, tile.y - band.y + y)
         });
