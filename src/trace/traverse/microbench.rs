@@ -41,12 +41,12 @@ pub(super) fn closest<L: Lanes>(
     rays: &[RayPacket<L>],
     hits: &mut [HitPacket<L>],
 ) {
-    let p = bvh.leaf_prims();
+    let prims = bvh.leaf_prims();
     match kind {
-        PrimKind::Sphere => closest_in(rays, hits, |q, rays| q.test_each(rays, &p.spheres)),
-        PrimKind::Ellipsoid => closest_in(rays, hits, |q, rays| q.test_each(rays, &p.ellipsoids)),
-        PrimKind::Triangle => closest_in(rays, hits, |q, rays| q.test_triangles(rays, &p.triangles)),
-        PrimKind::Cone => closest_in(rays, hits, |q, rays| q.test_each(rays, &p.cones)),
+        PrimKind::Sphere => closest_in(rays, hits, |q, r| q.test_each(r, &prims.spheres)),
+        PrimKind::Ellipsoid => closest_in(rays, hits, |q, r| q.test_each(r, &prims.ellipsoids)),
+        PrimKind::Triangle => closest_in(rays, hits, |q, r| q.test_triangles(r, &prims.triangles)),
+        PrimKind::Cone => closest_in(rays, hits, |q, r| q.test_each(r, &prims.cones)),
     }
 }
 
@@ -58,16 +58,13 @@ pub(super) fn occluded<L: Lanes>(
     rays: &[RayPacket<L>],
     blocked: &mut [u32],
 ) {
-    let p = bvh.leaf_prims();
+    let prims = bvh.leaf_prims();
+    let triangles = &prims.triangles;
     match kind {
-        PrimKind::Sphere => occluded_in(rays, blocked, |q, rays| q.test_each(rays, &p.spheres)),
-        PrimKind::Ellipsoid => {
-            occluded_in(rays, blocked, |q, rays| q.test_each(rays, &p.ellipsoids))
-        }
-        PrimKind::Triangle => {
-            occluded_in(rays, blocked, |q, rays| q.test_triangles(rays, &p.triangles))
-        }
-        PrimKind::Cone => occluded_in(rays, blocked, |q, rays| q.test_each(rays, &p.cones)),
+        PrimKind::Sphere => occluded_in(rays, blocked, |q, r| q.test_each(r, &prims.spheres)),
+        PrimKind::Ellipsoid => occluded_in(rays, blocked, |q, r| q.test_each(r, &prims.ellipsoids)),
+        PrimKind::Triangle => occluded_in(rays, blocked, |q, r| q.test_triangles(r, triangles)),
+        PrimKind::Cone => occluded_in(rays, blocked, |q, r| q.test_each(r, &prims.cones)),
     }
 }
 

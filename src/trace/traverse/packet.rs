@@ -113,7 +113,7 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
     ) -> HitPacket<L> {
         let limit = active.select(rays.tmax, inactive_t());
         let mut query = NextHit::new(limit, after.t, after.prim_id);
-        self.run_shared(rays, active, &mut query);
+        self.run(rays, active, &mut query);
         query.hits(rays.tmax, active)
     }
 
@@ -163,7 +163,7 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
         }
     }
 
-    /// As [`PacketKernel::run`], for what is rare.
+    /// As [`PacketKernel::run`], by the shared traversal.
     #[inline(always)]
     fn run_shared(&mut self, rays: &RayPacket<L>, active: L::Mask, query: &mut impl Query<L>) {
         self.counters
@@ -172,8 +172,9 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
         self.descend_shared(&RaySetup::new(rays, active), query, world);
     }
 
-    /// The one traversal that rare queries and kernels that count have for every tree and for all
-    /// rays. It is called, and calls the tests of leaves.
+    /// The one traversal of a rare query, or of a kernel that counts, for every tree and for rays of
+    /// all octants and axes. It is called, and calls the tests of leaves, because all that is
+    /// inlined is compiled once more (`perf/notes/compile-time.md`).
     #[inline(never)]
     fn descend_shared<G: Query<L>>(
         &mut self,
@@ -193,11 +194,16 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
         query: &mut G,
         tree: TraversalRoot,
     ) {
+        if !NO_CONES_OR_INSTANCES && (T::COUNTS_STEPS || !G::OFTEN) {
+            return self.descend_shared(rays, query, tree);
+        }
         let cull = &ConservativeSlabs::new(&rays.rays, &rays.slabs);
         match rays.slabs.octant {
-            Some(near) => self.traverse::<G, NO_CONES_OR_INSTANCES, false>(rays, query, tree, |b| {
-                cull.intersect_box_same_octant(b, near)
-            }),
+            Some(near) => {
+                self.traverse::<G, NO_CONES_OR_INSTANCES, false>(rays, query, tree, |b| {
+                    cull.intersect_box_same_octant(b, near)
+                })
+            }
             None => self.traverse::<G, NO_CONES_OR_INSTANCES, false>(rays, query, tree, |b| {
                 cull.intersect_box_mixed(b)
             }),
@@ -332,11 +338,7 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
                 root: slot.root,
                 floor,
             };
-            if T::COUNTS_STEPS || !G::OFTEN {
-                self.descend_shared(&moved, &mut inner, tree);
-            } else {
-                self.descend::<_, false>(&moved, &mut inner, tree);
-            }
+            self.descend::<_, false>(&moved, &mut inner, tree);
             if let Some(best) = query.tied(&inner, &interval) {
                 let mut again = NextHit::new(best.t, inactive_t(), best.prim_id);
                 again.best = best;
