@@ -1,9 +1,9 @@
 //! Lane types of eight and of sixteen lanes, over those of `wide`.
 //!
-//! Arithmetic is `inline`, and not `inline(always)`: LLVM then reduces each layer between kernels and
-//! instructions before it is copied into them, which takes half the time
-//! (`perf/notes/compile-time.md`). Comparisons, masks and `splat` are always inlined, because
-//! reduced by themselves they make divergent rays 1 to 2 % slower.
+//! Arithmetic, here and of vectors, is `inline`, and not `inline(always)`: LLVM then reduces each
+//! layer between a kernel and its instructions before it copies it, which takes half the time.
+//! Comparisons, masks, `abs` and `splat` are always inlined, because kernels whose rays part have 1
+//! to 2 % more instructions if they are not (`perf/notes/compile-time.md`).
 
 use super::{COLUMN_LANES, LANES, LaneMask, LaneU32, Lanes};
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};

@@ -194,9 +194,6 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
         query: &mut G,
         tree: TraversalRoot,
     ) {
-        if !NO_CONES_OR_INSTANCES && (T::COUNTS_STEPS || !G::OFTEN) {
-            return self.descend_shared(rays, query, tree);
-        }
         let cull = &ConservativeSlabs::new(&rays.rays, &rays.slabs);
         match rays.slabs.octant {
             Some(near) => {
@@ -338,7 +335,11 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
                 root: slot.root,
                 floor,
             };
-            self.descend::<_, false>(&moved, &mut inner, tree);
+            if T::COUNTS_STEPS || !G::OFTEN {
+                self.descend_shared(&moved, &mut inner, tree);
+            } else {
+                self.descend::<_, false>(&moved, &mut inner, tree);
+            }
             if let Some(best) = query.tied(&inner, &interval) {
                 let mut again = NextHit::new(best.t, inactive_t(), best.prim_id);
                 again.best = best;

@@ -20,8 +20,7 @@ use std::ops::Range;
 pub(super) trait Query<L: Lanes>: Copy {
     /// True if near leaves should be visited first; not needed for any hit.
     const FRONT_TO_BACK: bool;
-    /// True if trees with cones or instances have traversals of the query's own, too; what is rare
-    /// shares one there.
+    /// True if meshes of instances have inlined traversals, too; not needed for what is rare.
     const OFTEN: bool = false;
     /// True if the far side of a primitive may count where the near side is hit.
     const FAR_SIDES: bool = false;
