@@ -172,8 +172,8 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
         self.descend_shared(&RaySetup::new(rays, active), query, world);
     }
 
-    /// The one traversal of a rare query, or of a kernel that counts, for every tree and for rays of
-    /// all octants and axes. It is called, and calls the tests of leaves, because all that is
+    /// The one traversal of a rare query, or of a kernel that counts: for every tree, and for rays
+    /// of all octants and axes. It is called, and calls the tests of leaves, because all that is
     /// inlined is compiled once more (`perf/notes/compile-time.md`).
     #[inline(never)]
     fn descend_shared<G: Query<L>>(
