@@ -31,7 +31,7 @@
 //! change places, and the factor that is smaller by a share of |r| is again the one for entering.
 //! [`ABS_SLACK`] covers losses below the smallest numbers.
 
-use super::aabb::{RaySlabs, SlabTest};
+use super::aabb::{RaySlabs, SlabTest, TInterval};
 use crate::packet::RayPacket;
 use crate::simd::{LaneMask, Lanes, Vec3Lanes};
 
@@ -81,6 +81,19 @@ impl<L: Lanes> ConservativeSlabs<L> {
                 side(rdir - share, first, tiny),
                 side(rdir + share, last, -tiny),
             ],
+        }
+    }
+
+    /// The interval in a box, by the slabs' `octant`.
+    #[inline(always)]
+    pub(crate) fn intersect_box(
+        &self,
+        corners: &[[f32; 3]; 2],
+        octant: Option<[usize; 3]>,
+    ) -> TInterval<L> {
+        match octant {
+            Some(near) => self.intersect_box_same_octant(corners, near),
+            None => self.intersect_box_mixed(corners),
         }
     }
 }
@@ -158,10 +171,7 @@ mod tests {
                 slabs.intersect_box(&corners),
                 ConservativeSlabs::new(&rays, &slabs),
             );
-            let may = match slabs.octant {
-                Some(near) => cull.intersect_box_same_octant(&corners, near),
-                None => cull.intersect_box_mixed(&corners),
-            };
+            let may = cull.intersect_box(&corners, slabs.octant);
             ordered += usize::from(slabs.octant.is_some());
             for lane in must.overlaps(rays.tmax).lanes() {
                 let [enter, leave] = [must.tnear.lane(lane), must.tfar.lane(lane)];

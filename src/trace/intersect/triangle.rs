@@ -28,7 +28,7 @@ use super::aabb::TInterval;
 use super::hit::HitCandidate;
 use super::leaf_prim::{Candidates, LeafPrim};
 use super::ray_setup::RaySetup;
-use super::shear::Vertices;
+use super::shear::{MIXED, Vertices};
 use crate::bvh::leaf::LeafTriangle;
 use crate::simd::{LaneMask, Lanes, Native, Vec3Lanes, Vec3Native};
 use bytemuck::TransparentWrapper;
@@ -38,7 +38,7 @@ use edges::{EdgeFunctions, edges};
 use glam::Vec3;
 use phalanx_scene::{Bounds, PAD};
 
-/// A triangle for rays whose dominant axis is `AXIS`, or [`MIXED`](super::shear::MIXED).
+/// A triangle for rays whose dominant axis is `AXIS`, or [`MIXED`].
 #[derive(Clone, Copy, TransparentWrapper)]
 #[repr(transparent)]
 pub(crate) struct TriangleAlong<const AXIS: usize>(LeafTriangle);
@@ -58,6 +58,27 @@ impl<const AXIS: usize> LeafPrim for TriangleAlong<AXIS> {
         let corners = slot.vertices.each_ref();
         let corners = corners.map(|corner| rays.shear.relative::<AXIS>(corner));
         intersect(corners, rays.shear.slopes(), &RaysAndSlot { rays, slot })
+    }
+}
+
+/// A triangle for any rays.
+impl LeafPrim for LeafTriangle {
+    #[inline(always)]
+    fn prim_id(&self) -> u32 {
+        self.prim_id
+    }
+
+    #[inline(always)]
+    fn intersect<L: Lanes, const FAR: bool>(&self, rays: &RaySetup<L>, _: L) -> Candidates<L> {
+        if FAR {
+            return None;
+        }
+        let (shear, slot) = (&rays.shear, self);
+        let corners = match shear.axis {
+            MIXED => shear.less_origins::<true>(slot, 0),
+            _ => shear.less_origins::<false>(slot, 0),
+        };
+        intersect(corners, shear.slopes(), &RaysAndSlot { rays, slot })
     }
 }
 

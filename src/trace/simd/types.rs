@@ -1,4 +1,9 @@
 //! Lane types of eight and of sixteen lanes, over those of `wide`.
+//!
+//! Arithmetic, here and of vectors, is `inline`, and not `inline(always)`: LLVM then reduces each
+//! layer between a kernel and its instructions before it copies it, which takes half the time.
+//! Comparisons, masks, `abs` and `splat` are always inlined, because kernels whose rays part have 1
+//! to 2 % more instructions if they are not (`perf/notes/compile-time.md`).
 
 use super::{COLUMN_LANES, LANES, LaneMask, LaneU32, Lanes};
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
@@ -28,10 +33,10 @@ const HAS_ORDERED_MIN_MAX: bool = cfg!(target_arch = "x86_64");
 
 /// Operators of a type, lane by lane: those of the type in it.
 macro_rules! lane_operators {
-    ($type:ident: $($Operator:ident $operate:ident),+) => {$(
+    ($type:ident, $inline:meta: $($Operator:ident $operate:ident),+) => {$(
         impl $Operator for $type {
             type Output = $type;
-            #[inline(always)]
+            #[$inline]
             fn $operate(self, other: $type) -> $type {
                 $type(self.0.$operate(other.0))
             }
@@ -58,7 +63,7 @@ macro_rules! lane_types {
         #[repr(transparent)]
         pub struct $M($f);
 
-        lane_operators!($F: Add add, Sub sub, Mul mul, Div div);
+        lane_operators!($F, inline: Add add, Sub sub, Mul mul, Div div);
 
         impl Neg for $F {
             type Output = $F;
@@ -157,7 +162,7 @@ macro_rules! lane_types {
                 )
             }
 
-            #[inline(always)]
+            #[inline]
             fn min(self, other: $F) -> $F {
                 if HAS_ORDERED_MIN_MAX {
                     $F(self.0.fast_min(other.0))
@@ -166,7 +171,7 @@ macro_rules! lane_types {
                 }
             }
 
-            #[inline(always)]
+            #[inline]
             fn max(self, other: $F) -> $F {
                 if HAS_ORDERED_MIN_MAX {
                     $F(self.0.fast_max(other.0))
@@ -180,12 +185,12 @@ macro_rules! lane_types {
                 $F(self.0.abs())
             }
 
-            #[inline(always)]
+            #[inline]
             fn sqrt(self) -> $F {
                 $F(self.0.sqrt())
             }
 
-            #[inline(always)]
+            #[inline]
             fn mul_sub_any_rounding(self, factor: $F, less: $F) -> $F {
                 $F(self.0.mul_sub(factor.0, less.0))
             }
@@ -298,7 +303,7 @@ macro_rules! lane_types {
             }
         }
 
-        lane_operators!($M: BitAnd bitand, BitOr bitor);
+        lane_operators!($M, inline(always): BitAnd bitand, BitOr bitor);
 
         impl Not for $M {
             type Output = $M;
@@ -415,7 +420,7 @@ impl F64x8 {
     pub const ONE: F64x8 = F64x8(f64x8::ONE);
 
     /// The same value in every lane.
-    #[inline(always)]
+    #[inline]
     pub fn splat(value: f64) -> F64x8 {
         F64x8(f64x8::splat(value))
     }
@@ -427,7 +432,7 @@ impl F64x8 {
     }
 
     /// `if self > other { self } else { other }`.
-    #[inline(always)]
+    #[inline]
     pub fn max(self, other: F64x8) -> F64x8 {
         F64x8(if HAS_ORDERED_MIN_MAX {
             self.0.fast_max(other.0)
@@ -443,7 +448,7 @@ impl F64x8 {
     }
 
     /// Correctly rounded square root.
-    #[inline(always)]
+    #[inline]
     pub fn sqrt(self) -> F64x8 {
         F64x8(self.0.sqrt())
     }
@@ -468,4 +473,4 @@ impl From<F32x8> for F64x8 {
     }
 }
 
-lane_operators!(F64x8: Add add, Sub sub, Mul mul, Div div);
+lane_operators!(F64x8, inline: Add add, Sub sub, Mul mul, Div div);

@@ -29,13 +29,13 @@ impl<L> Vec3Lanes<L> {
 /// Operations that single and double precision share.
 impl<L: Copy + Add<Output = L> + Sub<Output = L> + Mul<Output = L>> Vec3Lanes<L> {
     /// (x·x' + y·y') + z·z', in the order of glam's `Vec3::dot`.
-    #[inline(always)]
+    #[inline]
     pub fn dot(self, o: Vec3Lanes<L>) -> L {
         self.x * o.x + self.y * o.y + self.z * o.z
     }
 
     /// The cross product, in the order of glam's `Vec3::cross`.
-    #[inline(always)]
+    #[inline]
     pub fn cross(self, o: Vec3Lanes<L>) -> Vec3Lanes<L> {
         Vec3Lanes::new(
             self.y * o.z - o.y * self.z,
@@ -45,7 +45,7 @@ impl<L: Copy + Add<Output = L> + Sub<Output = L> + Mul<Output = L>> Vec3Lanes<L>
     }
 
     /// Every component times `s`.
-    #[inline(always)]
+    #[inline]
     pub fn scale(self, s: L) -> Vec3Lanes<L> {
         Vec3Lanes::new(self.x * s, self.y * s, self.z * s)
     }
@@ -104,7 +104,7 @@ impl<L: Lanes> Vec3Lanes<L> {
     }
 
     /// Componentwise product.
-    #[inline(always)]
+    #[inline]
     pub fn mul_elementwise(self, o: Vec3Lanes<L>) -> Vec3Lanes<L> {
         Vec3Lanes::new(self.x * o.x, self.y * o.y, self.z * o.z)
     }
@@ -139,7 +139,7 @@ impl From<Vec3x8> for Vec3Lanes<F64x8> {
 
 impl<L: Add<Output = L>> Add for Vec3Lanes<L> {
     type Output = Vec3Lanes<L>;
-    #[inline(always)]
+    #[inline]
     fn add(self, o: Vec3Lanes<L>) -> Vec3Lanes<L> {
         Vec3Lanes::new(self.x + o.x, self.y + o.y, self.z + o.z)
     }
@@ -147,7 +147,7 @@ impl<L: Add<Output = L>> Add for Vec3Lanes<L> {
 
 impl<L: Sub<Output = L>> Sub for Vec3Lanes<L> {
     type Output = Vec3Lanes<L>;
-    #[inline(always)]
+    #[inline]
     fn sub(self, o: Vec3Lanes<L>) -> Vec3Lanes<L> {
         Vec3Lanes::new(self.x - o.x, self.y - o.y, self.z - o.z)
     }

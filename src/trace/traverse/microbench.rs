@@ -5,7 +5,7 @@
 //! kind as one leaf. Every lane carries a ray. `benches/kernels.rs` compares the results with those
 //! of the oracle (`oracle::microbench`).
 
-use crate::bvh::{Bvh, LeafKind};
+use crate::bvh::Bvh;
 use crate::intersect::aabb::SlabTest;
 use crate::intersect::ray_setup::RaySetup;
 use crate::intersect::slab_conservative::ConservativeSlabs;
@@ -13,7 +13,6 @@ use crate::packet::{HitPacket, RayPacket};
 use crate::simd::{LaneMask, Lanes};
 use crate::traverse::query::{AnyHit, ClosestHit, Query};
 use phalanx_scene::PrimKind;
-use std::ops::Range;
 
 /// Number of pairs of a ray and a box (lower and upper corner) that intersect before the ray's
 /// `tmax`.
@@ -42,11 +41,12 @@ pub(super) fn closest<L: Lanes>(
     rays: &[RayPacket<L>],
     hits: &mut [HitPacket<L>],
 ) {
+    let prims = bvh.leaf_prims();
     match kind {
-        PrimKind::Sphere => closest_in::<L, SPHERE, true>(bvh, rays, hits),
-        PrimKind::Ellipsoid => closest_in::<L, ELLIPSOID, true>(bvh, rays, hits),
-        PrimKind::Triangle => closest_in::<L, TRIANGLE, true>(bvh, rays, hits),
-        PrimKind::Cone => closest_in::<L, CONE, false>(bvh, rays, hits),
+        PrimKind::Sphere => closest_in(rays, hits, |q, r| q.test_each(r, &prims.spheres)),
+        PrimKind::Ellipsoid => closest_in(rays, hits, |q, r| q.test_each(r, &prims.ellipsoids)),
+        PrimKind::Triangle => closest_in(rays, hits, |q, r| q.test_triangles(r, &prims.triangles)),
+        PrimKind::Cone => closest_in(rays, hits, |q, r| q.test_each(r, &prims.cones)),
     }
 }
 
@@ -58,60 +58,44 @@ pub(super) fn occluded<L: Lanes>(
     rays: &[RayPacket<L>],
     blocked: &mut [u32],
 ) {
+    let prims = bvh.leaf_prims();
+    let triangles = &prims.triangles;
     match kind {
-        PrimKind::Sphere => occluded_in::<L, SPHERE, true>(bvh, rays, blocked),
-        PrimKind::Ellipsoid => occluded_in::<L, ELLIPSOID, true>(bvh, rays, blocked),
-        PrimKind::Triangle => occluded_in::<L, TRIANGLE, true>(bvh, rays, blocked),
-        PrimKind::Cone => occluded_in::<L, CONE, false>(bvh, rays, blocked),
+        PrimKind::Sphere => occluded_in(rays, blocked, |q, r| q.test_each(r, &prims.spheres)),
+        PrimKind::Ellipsoid => occluded_in(rays, blocked, |q, r| q.test_each(r, &prims.ellipsoids)),
+        PrimKind::Triangle => occluded_in(rays, blocked, |q, r| q.test_triangles(r, triangles)),
+        PrimKind::Cone => occluded_in(rays, blocked, |q, r| q.test_each(r, &prims.cones)),
     }
 }
 
-const SPHERE: u32 = PrimKind::Sphere as u32;
-const ELLIPSOID: u32 = PrimKind::Ellipsoid as u32;
-const TRIANGLE: u32 = PrimKind::Triangle as u32;
-const CONE: u32 = PrimKind::Cone as u32;
-
-/// The closest hit of each ray on a tree's primitives of kind `KIND`. The kind is a parameter and
-/// the function is never inlined, so that every test is compiled by itself: within one function a
-/// change of one kind's test changes the register allocation of the others. `NO_CONES_OR_INSTANCES`
-/// means the same as in a traversal: no cones.
+/// The closest hit of each ray on what `test` tests. It is never inlined, so that every test is
+/// compiled by itself: within one function a change of one kind's test changes the register
+/// allocation of the others.
 #[inline(never)]
-fn closest_in<L: Lanes, const KIND: u32, const NO_CONES_OR_INSTANCES: bool>(
-    bvh: &Bvh,
+fn closest_in<L: Lanes>(
     rays: &[RayPacket<L>],
     hits: &mut [HitPacket<L>],
+    test: impl Fn(&mut ClosestHit<L>, &RaySetup<L>) -> bool,
 ) {
-    let (kind, all) = leaf_of_all::<KIND>(bvh);
     for (rays, hits) in rays.iter().zip(hits) {
-        let prepared = RaySetup::new(rays, all_lanes::<L>());
         let mut query = ClosestHit::new(rays.tmax);
-        query.intersect_leaf::<NO_CONES_OR_INSTANCES>(bvh, &prepared, kind, all.clone());
+        test(&mut query, &RaySetup::new(rays, all_lanes::<L>()));
         *hits = query.hits(rays.tmax, all_lanes::<L>());
     }
 }
 
-/// Occlusion of each ray by a tree's primitives of kind `KIND`; as [`closest_in`].
+/// Occlusion of each ray by what `test` tests; as [`closest_in`].
 #[inline(never)]
-fn occluded_in<L: Lanes, const KIND: u32, const NO_CONES_OR_INSTANCES: bool>(
-    bvh: &Bvh,
+fn occluded_in<L: Lanes>(
     rays: &[RayPacket<L>],
     blocked: &mut [u32],
+    test: impl Fn(&mut AnyHit<L>, &RaySetup<L>) -> bool,
 ) {
-    let (kind, all) = leaf_of_all::<KIND>(bvh);
     for (rays, blocked) in rays.iter().zip(blocked) {
-        let prepared = RaySetup::new(rays, all_lanes::<L>());
         let mut query = AnyHit::new(rays.tmax, all_lanes::<L>());
-        query.intersect_leaf::<NO_CONES_OR_INSTANCES>(bvh, &prepared, kind, all.clone());
+        test(&mut query, &RaySetup::new(rays, all_lanes::<L>()));
         *blocked = query.occluded().bits();
     }
-}
-
-/// All primitives of a kind as one leaf.
-#[inline(always)]
-fn leaf_of_all<const KIND: u32>(bvh: &Bvh) -> (LeafKind, Range<usize>) {
-    let kind = PrimKind::from_number(KIND);
-    let kind = LeafKind::Prim(kind);
-    (kind, 0..bvh.count(kind))
 }
 
 /// Every lane.

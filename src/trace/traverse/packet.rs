@@ -129,19 +129,27 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
     ) {
         let limit = active.select(rays.tmax, inactive_t());
         let mut query = EveryHit::new(limit, first_ray, hit_list);
-        self.run(rays, active, &mut query);
+        self.run_shared(rays, active, &mut query);
     }
 
-    /// The hits of [`PacketKernel::closest`], by a call.
+    /// The hits of [`PacketKernel::closest`], by the shared traversal.
     #[inline(never)]
     pub(super) fn call_closest(&mut self, rays: &RayPacket<L>, active: L::Mask) -> HitPacket<L> {
-        self.closest(rays, active)
+        let mut query = ClosestHit::new(active.select(rays.tmax, inactive_t()));
+        self.run_shared(rays, active, &mut query);
+        query.hits(rays.tmax, active)
     }
 
-    /// The lanes of [`PacketKernel::occluded`], by a call.
+    /// The lanes of [`PacketKernel::occluded`], by a call. Kernels that count share a traversal;
+    /// beams leave many packets, and would be 8 % slower with it in a room.
     #[inline(never)]
     pub(super) fn call_occluded(&mut self, rays: &RayPacket<L>, active: L::Mask) -> L::Mask {
-        self.occluded(rays, active)
+        if !T::COUNTS_STEPS {
+            return self.occluded(rays, active);
+        }
+        let mut query = AnyHit::new(active.select(rays.tmax, inactive_t()), active);
+        self.run_shared(rays, active, &mut query);
+        query.occluded()
     }
 
     #[inline(always)]
@@ -152,11 +160,35 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
             &RaySetup::new(rays, active),
             TraversalRoot { root: 0, floor: 0 },
         );
-        if self.no_cones_or_instances && !T::COUNTS_STEPS {
+        if self.no_cones_or_instances {
             self.descend::<_, true>(rays, query, world);
         } else {
             self.descend::<_, false>(rays, query, world);
         }
+    }
+
+    /// As [`PacketKernel::run`], by the shared traversal.
+    #[inline(always)]
+    fn run_shared(&mut self, rays: &RayPacket<L>, active: L::Mask, query: &mut impl Query<L>) {
+        self.counters
+            .begin(L::PACKETS as u64, active.bits().count_ones());
+        let world = TraversalRoot { root: 0, floor: 0 };
+        self.descend_shared(&RaySetup::new(rays, active), query, world);
+    }
+
+    /// The one traversal of a rare query, or of a kernel that counts: for every tree, and for rays
+    /// of all octants and axes. It is called, and calls the tests of leaves, because all that is
+    /// inlined is compiled once more (`perf/notes/compile-time.md`).
+    #[inline(never)]
+    fn descend_shared<G: Query<L>>(
+        &mut self,
+        rays: &RaySetup<L>,
+        query: &mut G,
+        tree: TraversalRoot,
+    ) {
+        let cull = &ConservativeSlabs::new(&rays.rays, &rays.slabs);
+        let octant = rays.slabs.octant;
+        self.traverse::<G, false, true>(rays, query, tree, |b| cull.intersect_box(b, octant));
     }
 
     #[inline(always)]
@@ -168,10 +200,12 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
     ) {
         let cull = &ConservativeSlabs::new(&rays.rays, &rays.slabs);
         match rays.slabs.octant {
-            Some(near) => self.traverse::<G, NO_CONES_OR_INSTANCES>(rays, query, tree, |b| {
-                cull.intersect_box_same_octant(b, near)
-            }),
-            None => self.traverse::<G, NO_CONES_OR_INSTANCES>(rays, query, tree, |b| {
+            Some(near) => {
+                self.traverse::<G, NO_CONES_OR_INSTANCES, false>(rays, query, tree, |b| {
+                    cull.intersect_box_same_octant(b, near)
+                })
+            }
+            None => self.traverse::<G, NO_CONES_OR_INSTANCES, false>(rays, query, tree, |b| {
                 cull.intersect_box_mixed(b)
             }),
         }
@@ -184,7 +218,7 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
     /// (`NO_CONES_OR_INSTANCES`) have a traversal of their own
     /// (`perf/notes/plain-trees.md`).
     #[inline(always)]
-    fn traverse<G: Query<L>, const NO_CONES_OR_INSTANCES: bool>(
+    fn traverse<G: Query<L>, const NO_CONES_OR_INSTANCES: bool, const SHARED: bool>(
         &mut self,
         rays: &RaySetup<L>,
         query: &mut G,
@@ -235,6 +269,7 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
                 let slots = first as usize..(first + count) as usize;
                 self.counters.leaf(kind, lanes, slots.len());
                 let done = match kind {
+                    _ if SHARED => self.intersect_leaf(rays, query, kind, slots, top),
                     LeafKind::Instance if !NO_CONES_OR_INSTANCES => {
                         // Copies: a value whose address is passed to a call no longer stays in
                         // registers.
@@ -264,8 +299,8 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
         }
     }
 
-    /// Tests a leaf by itself, for rays that reached it through another tree; true ends their
-    /// traversal.
+    /// Tests a leaf by calls, also by itself for rays that reached it through another tree; true
+    /// ends their traversal. The stack is free from `floor` on.
     #[inline(always)]
     pub(super) fn intersect_leaf<G: Query<L>>(
         &mut self,
@@ -273,10 +308,11 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
         query: &mut G,
         kind: LeafKind,
         slots: Range<usize>,
+        floor: usize,
     ) -> bool {
         match kind {
-            LeafKind::Instance => self.instances(rays, query, slots, 0),
-            _ => query.intersect_leaf::<false>(self.bvh, rays, kind, slots),
+            LeafKind::Instance => self.instances(rays, query, slots, floor),
+            LeafKind::Prim(kind) => query.call_leaf(self.bvh, rays, kind, slots),
         }
     }
 
@@ -303,7 +339,11 @@ impl<'a, L: Lanes, T: Counters> PacketKernel<'a, L, T> {
                 root: slot.root,
                 floor,
             };
-            self.descend::<_, false>(&moved, &mut inner, tree);
+            if T::COUNTS_STEPS || !G::OFTEN {
+                self.descend_shared(&moved, &mut inner, tree);
+            } else {
+                self.descend::<_, false>(&moved, &mut inner, tree);
+            }
             if let Some(best) = query.tied(&inner, &interval) {
                 let mut again = NextHit::new(best.t, inactive_t(), best.prim_id);
                 again.best = best;
@@ -331,7 +371,7 @@ impl<T: Counters> PacketKernel<'_, F32x8, T> {
     ) {
         let limit = active.select(rays.tmax, inactive_t());
         let next = NextHit::new(limit, after.t, after.prim_id);
-        self.run(rays, active, &mut NextHits::new(next, most, hits));
+        self.run_shared(rays, active, &mut NextHits::new(next, most, hits));
     }
 }
 

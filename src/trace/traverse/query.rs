@@ -1,6 +1,7 @@
 //! Queries of a traversal, the closest hit or any hit, and their work in a leaf.
 
 use super::leaf_slots::slots_of;
+use crate::bvh::leaf::LeafTriangle;
 use crate::bvh::{Bvh, LeafKind};
 use crate::intersect::aabb::{REACH, TInterval};
 use crate::intersect::hit::{HitCandidate, HitRecord, inactive_t};
@@ -19,6 +20,8 @@ use std::ops::Range;
 pub(super) trait Query<L: Lanes>: Copy {
     /// True if near leaves should be visited first; not needed for any hit.
     const FRONT_TO_BACK: bool;
+    /// True if meshes of instances have inlined traversals, too; not needed for what is rare.
+    const OFTEN: bool = false;
     /// True if the far side of a primitive may count where the near side is hit.
     const FAR_SIDES: bool = false;
     /// Limit of each ray's search.
@@ -67,6 +70,17 @@ pub(super) trait Query<L: Lanes>: Copy {
         false
     }
 
+    /// Tests triangles by the axis of the rays; true ends the traversal.
+    #[inline(always)]
+    fn test_triangles(&mut self, rays: &RaySetup<L>, prims: &[LeafTriangle]) -> bool {
+        match rays.shear.axis {
+            0 => self.test_each(rays, TriangleAlong::<0>::wrap_slice(prims)),
+            1 => self.test_each(rays, TriangleAlong::<1>::wrap_slice(prims)),
+            2 => self.test_each(rays, TriangleAlong::<2>::wrap_slice(prims)),
+            _ => self.test_each(rays, TriangleAlong::<MIXED>::wrap_slice(prims)),
+        }
+    }
+
     /// Tests the primitives of a leaf; true ends the traversal.
     #[inline(always)]
     fn intersect_leaf<const NO_CONES_OR_INSTANCES: bool>(
@@ -78,13 +92,7 @@ pub(super) trait Query<L: Lanes>: Copy {
     ) -> bool {
         match kind {
             LeafKind::Prim(PrimKind::Triangle) => {
-                let prims = slots_of(&bvh.leaf_prims().triangles, slots);
-                match rays.shear.axis {
-                    0 => self.test_each(rays, TriangleAlong::<0>::wrap_slice(prims)),
-                    1 => self.test_each(rays, TriangleAlong::<1>::wrap_slice(prims)),
-                    2 => self.test_each(rays, TriangleAlong::<2>::wrap_slice(prims)),
-                    _ => self.test_each(rays, TriangleAlong::<MIXED>::wrap_slice(prims)),
-                }
+                self.test_triangles(rays, slots_of(&bvh.leaf_prims().triangles, slots))
             }
             LeafKind::Prim(PrimKind::Sphere) => {
                 self.test_each(rays, slots_of(&bvh.leaf_prims().spheres, slots))
@@ -93,8 +101,9 @@ pub(super) trait Query<L: Lanes>: Copy {
                 self.test_each(rays, slots_of(&bvh.leaf_prims().ellipsoids, slots))
             }
             LeafKind::Prim(PrimKind::Cone) if !NO_CONES_OR_INSTANCES => {
-                let (query, done) =
-                    call_test_each(*self, rays, slots_of(&bvh.leaf_prims().cones, slots));
+                // A copy: a value whose address is passed to a call no longer stays in registers.
+                let mut query = *self;
+                let done = query.call_leaf(bvh, rays, PrimKind::Cone, slots);
                 *self = query;
                 done
             }
@@ -102,18 +111,24 @@ pub(super) trait Query<L: Lanes>: Copy {
             LeafKind::Prim(PrimKind::Cone) | LeafKind::Instance => false,
         }
     }
-}
 
-/// Tests primitives of a kind that is rare or needs many registers, by a call. The query is passed
-/// and returned by value: a value whose address is passed to a call stays in memory.
-#[inline(never)]
-fn call_test_each<L: Lanes, Q: Query<L>, P: LeafPrim>(
-    mut query: Q,
-    rays: &RaySetup<L>,
-    prims: &[P],
-) -> (Q, bool) {
-    let done = query.test_each(rays, prims);
-    (query, done)
+    /// As [`Query::intersect_leaf`], in any tree, by a call.
+    #[inline(never)]
+    fn call_leaf(
+        &mut self,
+        bvh: &Bvh,
+        rays: &RaySetup<L>,
+        kind: PrimKind,
+        slots: Range<usize>,
+    ) -> bool {
+        let prims = bvh.leaf_prims();
+        match kind {
+            PrimKind::Triangle => self.test_each(rays, slots_of(&prims.triangles, slots)),
+            PrimKind::Sphere => self.test_each(rays, slots_of(&prims.spheres, slots)),
+            PrimKind::Ellipsoid => self.test_each(rays, slots_of(&prims.ellipsoids, slots)),
+            PrimKind::Cone => self.test_each(rays, slots_of(&prims.cones, slots)),
+        }
+    }
 }
 
 #[derive(Clone, Copy)]
@@ -153,6 +168,7 @@ impl<L: Lanes> ClosestHit<L> {
 
 impl<L: Lanes> Query<L> for ClosestHit<L> {
     const FRONT_TO_BACK: bool = true;
+    const OFTEN: bool = true;
     #[inline(always)]
     fn limit(&self) -> L {
         self.best.t
@@ -208,6 +224,7 @@ impl<L: Lanes> Query<L> for ClosestHit<L> {
 
 impl<L: Lanes> Query<L> for AnyHit<L> {
     const FRONT_TO_BACK: bool = false;
+    const OFTEN: bool = true;
     #[inline(always)]
     fn limit(&self) -> L {
         self.limit

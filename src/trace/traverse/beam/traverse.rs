@@ -233,7 +233,7 @@ impl<'a, L: Lanes, G: Query<L>, T: Counters> BeamTraversal<'_, 'a, L, G, T> {
                 let rays = self.groups[group].prepared(&self.slabs[group]);
                 let query = &mut self.queries[group];
                 self.packets
-                    .intersect_leaf(&rays, query, leaf.kind, slots.clone());
+                    .intersect_leaf(&rays, query, leaf.kind, slots.clone(), 0);
             }
         }
         self.refresh_depths(mask);

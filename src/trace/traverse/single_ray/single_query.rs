@@ -38,7 +38,7 @@ pub(super) struct LoneLeaf<'k, 'a, T> {
 impl<T: Counters> LoneLeaf<'_, '_, T> {
     fn test(self, query: &mut impl Query<F32x8>) {
         self.packets
-            .intersect_leaf(&self.ray, query, self.kind, self.slots);
+            .intersect_leaf(&self.ray, query, self.kind, self.slots, 0);
     }
 }
 
