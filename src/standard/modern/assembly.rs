@@ -20,14 +20,18 @@ const SECTION: (u64, u64) = (1 << 13, 1 << 17);
 /// Number of sections of a scene, between these limits.
 const SECTIONS: u64 = 512;
 
+/// Draws the whole scene, on each thread. Not generic, so that threads are compiled once for all
+/// scenes.
+type SceneDrawing<'a> = dyn Fn(&mut MeshBuilder) + Sync + 'a;
+
 /// Draws a scene of triangles into a builder with the materials of `palette`. If the builder only
 /// needs counts, no points are computed.
 pub(super) fn draw(
     builder: &mut dyn SceneBuilder,
     palette: impl IntoIterator<Item = DocumentMaterial>,
-    scene: impl Fn(&mut MeshBuilder) + Sync,
+    scene: &SceneDrawing,
 ) {
-    let triangles = count(&scene);
+    let triangles = count(scene);
     if builder.takes_count(triangles) {
         return;
     }
@@ -37,7 +41,7 @@ pub(super) fn draw(
     let assembly = Assembly::new(triangles, threads, &*prepare);
     std::thread::scope(|scope| {
         for _ in 1..threads.min(assembly.sections) {
-            let work = || assembly.work(&scene, None);
+            let work = || assembly.work(scene, None);
             let thread = std::thread::Builder::new();
             // If the system has no more threads, the existing ones do the rest.
             if thread.spawn_scoped(scope, work).is_err() {
@@ -48,7 +52,7 @@ pub(super) fn draw(
             builder.material(&palette[ready.material]);
             builder.prepared(ready.mesh);
         };
-        assembly.work(&scene, Some(&mut deliver));
+        assembly.work(scene, Some(&mut deliver));
     });
 }
 
@@ -103,7 +107,7 @@ impl Assembly<'_> {
     }
 
     /// Draws and prepares until nothing is left; the thread that delivers also waits for others.
-    fn work(&self, scene: impl Fn(&mut MeshBuilder), mut deliver: Option<Deliver>) {
+    fn work(&self, scene: &SceneDrawing, mut deliver: Option<Deliver>) {
         let _alarm = Alarm(self);
         let mut section = self.next(&mut deliver);
         let first = self.triangles(section);
@@ -226,7 +230,7 @@ mod tests {
     fn a_panic_on_one_thread_ends_all() {
         let mut builder = MemoryBuilder::default();
         builder.threads = 3;
-        draw(&mut builder, [DocumentMaterial::default()], |mesh| {
+        draw(&mut builder, [DocumentMaterial::default()], &|mesh| {
             mesh.grid(Grid::open(500, 500), |_, j| {
                 assert!(j != 100);
                 DVec3::ZERO

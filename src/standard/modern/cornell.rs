@@ -57,7 +57,7 @@ pub(crate) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
     // visible difference.
     let budget = f64::from(size);
     let frequency = geodesic::frequency(budget * 0.4);
-    assembly::draw(builder, palette(), |mesh| {
+    assembly::draw(builder, palette(), &|mesh| {
         spheres(mesh, frequency);
         let flat = (budget - mesh.triangles() as f64).max(1.0);
         // 14 unit squares of wall and floor and about 3 of blocks, 2 triangles per quad.

@@ -99,7 +99,7 @@ pub(crate) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
     builder.background(rgb(0.30, 0.50, 0.78));
     builder.light(&sun(dvec3(-0.75, 0.62, 0.42), rgb(1.75, 1.5, 1.15)));
     builder.light(&sun(dvec3(0.85, 0.5, -0.55), rgb(0.42, 0.44, 0.42)));
-    assembly::draw(builder, palette(), |mesh| grow(mesh, size));
+    assembly::draw(builder, palette(), &|mesh| grow(mesh, size));
 }
 
 fn grow(mesh: &mut MeshBuilder, size: u32) {

@@ -85,7 +85,7 @@ pub(crate) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
     builder.light(&sun(dvec3(0.95, 0.38, 0.05), rgb(0.13, 0.19, 0.36)));
     builder.light(&lamp(dvec3(0.0, 0.5, 0.0), rgb(1.1, 0.62, 0.24), 0.5));
     let cut = SpongeDetail::of(size);
-    assembly::draw(builder, palette(), |mesh| {
+    assembly::draw(builder, palette(), &|mesh| {
         floor(mesh);
         if !mesh.counted(cut.triangles()) {
             Sponge::new(cut).draw(mesh);

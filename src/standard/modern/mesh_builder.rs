@@ -102,6 +102,63 @@ impl Grid {
             ..Grid::tube(around, along)
         }
     }
+
+    /// Corners of a row.
+    fn columns(&self) -> usize {
+        self.across + usize::from(!self.closed_across)
+    }
+}
+
+/// Rows of triangles between rows of corners.
+enum Lattice {
+    Grid(Grid),
+    Triangle { side: usize },
+}
+
+/// Adds the corners of a row.
+type DrawCorners<'a> = dyn FnMut(usize, &mut Vec<DVec3>) + 'a;
+
+impl Lattice {
+    fn rows(&self) -> usize {
+        match *self {
+            Lattice::Grid(grid) => grid.rows,
+            Lattice::Triangle { side } => side,
+        }
+    }
+
+    /// Number of triangles before a row.
+    fn before(&self, row: usize) -> usize {
+        match *self {
+            Lattice::Grid(grid) => 2 * grid.across * row,
+            Lattice::Triangle { side } => side * side - (side - row) * (side - row),
+        }
+    }
+
+    /// Number of corners in a row.
+    fn corners(&self, row: usize) -> usize {
+        match *self {
+            Lattice::Grid(grid) => grid.columns(),
+            Lattice::Triangle { side } => side - row + 1,
+        }
+    }
+
+    /// Adds the triangles of a row, from the first corners below and above it.
+    fn connect(&self, row: usize, below: u32, above: u32, triangles: &mut Vec<[u32; 3]>) {
+        match *self {
+            Lattice::Grid(grid) => triangles.extend((0..grid.across).flat_map(|i| {
+                let next = ((i + 1) % grid.columns()) as u32;
+                let i = i as u32;
+                let (a, b, c, d) = (below + i, below + next, above + next, above + i);
+                [[a, b, c], [a, c, d]]
+            })),
+            Lattice::Triangle { side } => {
+                let wide = (side - row - 1) as u32;
+                let upright = (0..=wide).map(|i| [below + i, below + i + 1, above + i]);
+                let inverted = (0..wide).map(|i| [below + i + 1, above + i + 1, above + i]);
+                triangles.extend(upright.chain(inverted));
+            }
+        }
+    }
 }
 
 impl MeshBuilder<'_> {
@@ -170,82 +227,63 @@ impl MeshBuilder<'_> {
         self.drawn = (self.next)(std::mem::take(&mut self.section));
     }
 
-    /// Draws rows of triangles between rows of corners: `corners` is the number of those in a row,
-    /// and `connect` the triangles of a row, from the first corners below and above it.
-    fn lattice(
-        &mut self,
-        (rows, before): (usize, impl Fn(usize) -> usize),
-        corners: impl Fn(usize) -> usize,
-        mut point: impl FnMut(usize, usize) -> DVec3,
-        connect: impl Fn(usize, u32, u32, &mut Vec<[u32; 3]>),
-    ) {
+    /// Draws the rows of a shape by its corners. Not generic, so that it is compiled once for all
+    /// shapes.
+    fn lattice(&mut self, shape: &Lattice, draw_corners: &mut DrawCorners) {
         let mut known = None;
-        self.rows(rows, before, |mesh, run| {
-            let Strip {
-                vertices, shared, ..
-            } = mesh.section.strip(mesh.material);
-            let (first, wide) = (run.start, corners(run.start));
-            if first > 0 {
-                *shared = wide;
-            }
-            if known == Some(first) {
-                vertices.extend_from_slice(&mesh.row)
-            } else {
-                vertices.extend((0..wide).map(|i| point(i, first)))
-            }
-            for j in run.clone() {
-                let strip = mesh.section.strip(mesh.material);
-                let above = strip.vertices.len();
-                let (below, wide) = (above - corners(j), corners(j + 1));
-                strip.vertices.extend((0..wide).map(|i| point(i, j + 1)));
-                connect(j, below as u32, above as u32, &mut strip.triangles);
-                mesh.section.end_step(mesh.material, wide);
-            }
-            if run.end < rows {
-                let vertices = &mesh.section.strip(mesh.material).vertices;
-                let last = &vertices[vertices.len() - corners(run.end)..];
-                mesh.row.clear();
-                mesh.row.extend_from_slice(last);
-                known = Some(run.end);
-            }
-        });
+        let rows = shape.rows();
+        self.rows(
+            rows,
+            |row| shape.before(row),
+            |mesh, run| {
+                let Strip {
+                    vertices, shared, ..
+                } = mesh.section.strip(mesh.material);
+                let first = run.start;
+                if first > 0 {
+                    *shared = shape.corners(first);
+                }
+                if known == Some(first) {
+                    vertices.extend_from_slice(&mesh.row)
+                } else {
+                    draw_corners(first, vertices)
+                }
+                for j in run.clone() {
+                    let strip = mesh.section.strip(mesh.material);
+                    let above = strip.vertices.len();
+                    let below = above - shape.corners(j);
+                    draw_corners(j + 1, &mut strip.vertices);
+                    shape.connect(j, below as u32, above as u32, &mut strip.triangles);
+                    mesh.section.end_step(mesh.material, shape.corners(j + 1));
+                }
+                if run.end < rows {
+                    let vertices = &mesh.section.strip(mesh.material).vertices;
+                    let last = &vertices[vertices.len() - shape.corners(run.end)..];
+                    mesh.row.clear();
+                    mesh.row.extend_from_slice(last);
+                    known = Some(run.end);
+                }
+            },
+        );
     }
 
     /// Draws a grid whose corner in column `i` of row `j` is `point(i, j)`. Seen from its front,
     /// columns run to the right and rows upward. A closed direction has no last corner: the first
     /// one is used again, so `point` must return the same each time.
     pub(super) fn grid(&mut self, grid: Grid, mut point: impl FnMut(usize, usize) -> DVec3) {
-        let columns = grid.across + usize::from(!grid.closed_across);
-        let row = |j: usize| if grid.closed_rows { j % grid.rows } else { j };
-        self.lattice(
-            (grid.rows, |j| 2 * grid.across * j),
-            |_| columns,
-            |i, j| point(i, row(j)),
-            |_, below, above, triangles| {
-                triangles.extend((0..grid.across).flat_map(|i| {
-                    let next = ((i + 1) % columns) as u32;
-                    let i = i as u32;
-                    let (a, b, c, d) = (below + i, below + next, above + next, above + i);
-                    [[a, b, c], [a, c, d]]
-                }));
-            },
-        );
+        let columns = grid.columns();
+        self.lattice(&Lattice::Grid(grid), &mut |j, vertices| {
+            let row = if grid.closed_rows { j % grid.rows } else { j };
+            vertices.extend((0..columns).map(|i| point(i, row)));
+        });
     }
 
     /// Draws a triangle of `side`² triangles. Its corner at `i` steps toward its second and `j`
     /// toward its third corner is `point(i, j)`.
-    pub(super) fn triangle(&mut self, side: usize, point: impl FnMut(usize, usize) -> DVec3) {
-        self.lattice(
-            (side, |j| side * side - (side - j) * (side - j)),
-            |j| side - j + 1,
-            point,
-            |j, below, above, triangles| {
-                let wide = (side - j - 1) as u32;
-                let upright = (0..=wide).map(|i| [below + i, below + i + 1, above + i]);
-                let inverted = (0..wide).map(|i| [below + i + 1, above + i + 1, above + i]);
-                triangles.extend(upright.chain(inverted));
-            },
-        );
+    pub(super) fn triangle(&mut self, side: usize, mut point: impl FnMut(usize, usize) -> DVec3) {
+        self.lattice(&Lattice::Triangle { side }, &mut |j, vertices| {
+            vertices.extend((0..=side - j).map(|i| point(i, j)));
+        });
     }
 
     /// Draws a flat four-cornered grid of `across` by `rows` quads. The corners are
@@ -335,7 +373,7 @@ mod tests {
         };
         let palette = [DocumentMaterial::default(); 2];
         let mut builder = MemoryBuilder::default();
-        assembly::draw(&mut builder, palette, draw);
+        assembly::draw(&mut builder, palette, &draw);
         let drawn = builder.finish().triangles.len() as u64;
         assert_eq!(drawn, count(draw));
     }

@@ -299,7 +299,7 @@ pub(super) mod tests {
     pub(in crate::modern) fn volume(detail: f64, draw: impl Fn(&mut PartBuilder) + Sync) -> f64 {
         let mut builder = MemoryBuilder::default();
         let frame = LocalFrame::at(dvec3(3.0, -2.0, 5.0)).turned(33.0);
-        assembly::draw(&mut builder, [DocumentMaterial::default()], |mesh| {
+        assembly::draw(&mut builder, [DocumentMaterial::default()], &|mesh| {
             draw(&mut PartBuilder::new(mesh, detail).at(frame));
         });
         let triangles = builder.finish().triangles;

@@ -66,7 +66,7 @@ pub(crate) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
     builder.light(&lamp(dvec3(2.3, 2.6, 2.5), rgb(0.20, 0.24, 0.30), 2.2));
     let budget = u64::from(size);
     let detail = fitted_detail(budget * 3 / 10, (0.1, 2000.0), 1, |parts, _| furnish(parts));
-    assembly::draw(builder, palette(), |mesh| {
+    assembly::draw(builder, palette(), &|mesh| {
         furnish(&mut PartBuilder::new(mesh, detail));
         let left = budget.saturating_sub(mesh.triangles());
         mesh.material(GOLD);

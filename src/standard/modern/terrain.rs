@@ -170,7 +170,7 @@ pub(crate) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
     // The sky's light from the other side, weak and blue.
     builder.light(&sun(dvec3(0.5, 0.7, 0.5), rgb(0.14, 0.18, 0.27)));
     let (across, rows) = net(size);
-    assembly::draw(builder, palette(), |mesh| {
+    assembly::draw(builder, palette(), &|mesh| {
         lake(mesh);
         if mesh.counted(2 * (across * rows) as u64) {
             return;

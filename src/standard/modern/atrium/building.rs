@@ -31,7 +31,7 @@ pub(crate) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
     let count = atrium.wings.len() + 1;
     let detail = fitted_detail(budget * 7 / 10, (0.05, 4000.0), count, build);
     let drapes = drape::drapes(&atrium.wings);
-    assembly::draw(builder, palette(), |mesh| {
+    assembly::draw(builder, palette(), &|mesh| {
         let mut parts = PartBuilder::new(mesh, detail);
         (0..count).for_each(|part| build(&mut parts, part));
         let left = budget.saturating_sub(mesh.triangles());

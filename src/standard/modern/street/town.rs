@@ -26,7 +26,7 @@ pub(crate) fn generate(size: u32, builder: &mut dyn SceneBuilder) {
     let build = |parts: &mut PartBuilder, part| town.build(parts, part);
     let count = town.houses.len() + 1;
     let detail = fitted_detail(budget * 7 / 10, (0.01, 400.0), count, build);
-    assembly::draw(builder, palette(), |mesh| {
+    assembly::draw(builder, palette(), &|mesh| {
         let mut parts = PartBuilder::new(mesh, detail);
         (0..count).for_each(|part| build(&mut parts, part));
         let left = budget.saturating_sub(parts.mesh.triangles());
