@@ -27,7 +27,7 @@ use commands::submit::{self, SubmitTo};
 use commands::verify::{self, VerifyArgs};
 #[cfg(feature = "view")]
 use commands::view::{self, ViewArgs};
-use options::{OUTPUT, suggest};
+use options::{Deferred, OUTPUT, suggest};
 use output::Verbosity;
 use phalanx::files::steers;
 use phalanx::{isa, set_pool_threads, thread_count};
@@ -97,7 +97,7 @@ pub enum Command {
                       phalanx render dragon.ply --camera 0,.15,.4 0,.1,0 0,1,0 35 --light 1,2,2\n  \
                       phalanx render scene.test -o poster.png --size 40000x30000 --checkpoint poster.ckpt"
     )]
-    Render(RenderArgs),
+    Render(Deferred<RenderArgs>),
     /// Look around a scene in the browser
     #[cfg(feature = "view")]
     #[command(
@@ -109,12 +109,12 @@ pub enum Command {
                       phalanx view scene.gltf --address 127.0.0.1:8000\n\n\
                       Example: phalanx view dragon.ply --open"
     )]
-    View(ViewArgs),
+    View(Deferred<ViewArgs>),
     /// Render with both engines and compare every bit
     #[command(
         after_help = "Example: phalanx verify scene1.test scene2.test --threads 1,2,3 --kernel all"
     )]
-    Verify(VerifyArgs),
+    Verify(Deferred<VerifyArgs>),
     /// Split a picture or a sequence into shards for several machines
     #[command(
         after_help = "Example: phalanx plan scene.test --shards 8 -o poster.png --plan poster.json",
@@ -122,7 +122,7 @@ pub enum Command {
                       Examples:\n  phalanx plan scene.test --shards 8 -o poster.png --plan poster.json --size 40000x30000\n  \
                       phalanx plan scene.test --shards 5 -o turn.png --plan turn.json --frames 0..119 --turntable 120"
     )]
-    Plan(PlanArgs),
+    Plan(Deferred<PlanArgs>),
     /// Submit a plan to a scheduler
     #[command(subcommand, after_help = "Example: phalanx submit slurm poster.json")]
     Submit(SubmitTo),
@@ -133,7 +133,7 @@ pub enum Command {
                       they are listed, and the exit code is 6.\n\n\
                       Example: phalanx merge poster.json"
     )]
-    Merge(MergeArgs),
+    Merge(Deferred<MergeArgs>),
     /// Compare two pictures (PNG, JPEG, EXR with all layers, HDR, PFM)
     #[command(
         after_help = "Example: phalanx compare a.exr b.exr --tolerance 0.05 --max-differing 5%",
@@ -149,25 +149,25 @@ pub enum Command {
                       phalanx render standard:balls -o b.exr --spp 4\n\n\
                       Example: phalanx compare a.exr b.exr --tolerance 0.05 --max-differing 5% --side-by-side both.png"
     )]
-    Compare(CompareArgs),
+    Compare(Deferred<CompareArgs>),
     /// Show what a scene contains
     #[command(after_help = "Example: phalanx info scene.test --json")]
-    Info(InfoArgs),
+    Info(Deferred<InfoArgs>),
     /// List the standard scenes (built in, no file needed)
     #[command(
         after_help = "Example: phalanx scenes\n\nTo render one of them: phalanx render standard:terrain:2M"
     )]
-    Scenes(ScenesArgs),
+    Scenes(Deferred<ScenesArgs>),
     /// Write a standard scene to a file
     #[command(after_help = "Example: phalanx generate terrain --size 2M -o terrain.ply")]
-    Generate(GenerateArgs),
+    Generate(Deferred<GenerateArgs>),
     /// Store a scene and its BVH in a cache that opens instantly
     #[command(
         after_help = "Every command accepts a cache in place of a scene file. Only the version of phalanx that wrote a cache \
                       can open it, and it must not change while in use.\n\n\
                       Example: phalanx build dragon.ply -o dragon.phx --quality best"
     )]
-    Build(BuildArgs),
+    Build(Deferred<BuildArgs>),
     /// Measure rays per second, and compare with other tracers
     #[command(
         after_help = "Example: phalanx bench --quick --against embree --html report.html",
@@ -176,15 +176,15 @@ pub enum Command {
                       regression beyond --fail-above.\n\n\
                       Example: phalanx bench --quick --against embree --html report.html"
     )]
-    Bench(Box<BenchArgs>),
+    Bench(Deferred<BenchArgs>),
     /// Print a shell completion script
     #[command(
         after_help = "Example: phalanx completions bash > ~/.local/share/bash-completion/completions/phalanx"
     )]
-    Completions(CompletionsArgs),
+    Completions(Deferred<CompletionsArgs>),
     /// Print the man page, or write one for every command
     #[command(after_help = "Example: phalanx man | man -l -")]
-    Man(ManArgs),
+    Man(Deferred<ManArgs>),
 }
 
 /// Runs the command given by the arguments. Not inlined into `main`, which must contain no
@@ -241,8 +241,12 @@ impl Command {
 /// Ends the process with clap's message. If an argument contains control characters, they are
 /// escaped, and the message has no colours.
 fn refuse(mut error: clap::Error) -> ! {
+    if !error.use_stderr() {
+        // Help and version are whole as they are.
+        error.exit();
+    }
     let steer = |text: OsString| text.to_string_lossy().contains(steers);
-    let is_plain = error.use_stderr() && std::env::args_os().any(steer);
+    let is_plain = std::env::args_os().any(steer);
     let mut program = Arguments::command();
     if is_plain {
         program = program.styles(Styles::plain());

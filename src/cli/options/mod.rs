@@ -3,6 +3,7 @@
 mod budget;
 #[allow(unsafe_code, reason = "a signal handler has no safe name")]
 mod bus_error;
+mod deferred;
 mod format_args;
 mod frames;
 #[allow(unsafe_code, reason = "the allocator's settings have no safe name")]
@@ -16,6 +17,7 @@ mod tolerance;
 mod work_args;
 
 pub use budget::film_bytes;
+pub use deferred::Deferred;
 pub use format_args::ending_of;
 pub use frames::{FrameArgs, Sequence, read_keys};
 pub use other_names::suggest;
