@@ -11,8 +11,7 @@ use exr::meta::attribute::SampleType;
 use exr::prelude::{SmallVec, f16};
 use phalanx_files::WriteSeek;
 use phalanx_scene::film::{Aovs, Film};
-use phalanx_scene::on_pool;
-use rayon::prelude::*;
+use phalanx_scene::map_on_pool;
 use std::io::{self, BufWriter, SeekFrom};
 
 /// Writes films, one below the other, as they arrive. All threads compress their tiles, which are
@@ -96,14 +95,13 @@ fn write_band(
     let (width, height) = (film.width as usize, film.height as usize);
     let across = width.div_ceil(TILE);
     for row in 0..height.div_ceil(TILE) {
-        let compressed = (0..across).into_par_iter().map(|column| {
+        let compressed = map_on_pool(0..across, |column| {
             let corner = Vec2(column * TILE, row * TILE);
             tile(channels, film, corner, top).compress_to_chunk(&meta.headers)
         });
-        let compressed: exr::error::Result<Vec<_>> = on_pool(|| compressed.collect());
         let first = (top / TILE + row) * across;
-        for (chunk, index) in compressed?.into_iter().zip(first..) {
-            chunks.write_chunk(index, chunk)?;
+        for (chunk, index) in compressed.into_iter().zip(first..) {
+            chunks.write_chunk(index, chunk?)?;
         }
     }
     Ok(height)

@@ -10,8 +10,7 @@ use ::png::{
 };
 use phalanx_files::replace_file;
 use phalanx_scene::film::Aov;
-use phalanx_scene::{Transfer, on_pool};
-use rayon::prelude::*;
+use phalanx_scene::{Transfer, map_on_pool};
 use std::io::{self, Write};
 use std::ops::Range;
 use std::path::Path;
@@ -79,10 +78,8 @@ pub(super) fn write_png(
                 let rows = k * STRIP_ROWS..height.min((k + 1) * STRIP_ROWS);
                 compress((width, rows.len() as u32), file, &samples(rows))
             };
-            let strips = (0..height.div_ceil(STRIP_ROWS)).into_par_iter().map(strip);
-            let strips: Result<Vec<ZlibStrip>, EncodingError> = on_pool(|| strips.collect());
-            for strip in strips? {
-                writer.write_chunk(chunk::IDAT, &stream.push(&strip))?;
+            for strip in map_on_pool(0..height.div_ceil(STRIP_ROWS), strip) {
+                writer.write_chunk(chunk::IDAT, &stream.push(&strip?))?;
             }
         }
         writer.write_chunk(chunk::IDAT, &stream.end())?;

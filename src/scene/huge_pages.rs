@@ -2,7 +2,7 @@
 //! in which columns are filled for the first time. Incoherent rays read rows all over a tree, and
 //! each page needs a separate TLB entry.
 
-use crate::threads::on_pool;
+use crate::threads::{map_on_pool, on_pool};
 use bytemuck::Zeroable;
 use rayon::prelude::*;
 use std::mem::MaybeUninit;
@@ -53,8 +53,7 @@ pub fn write_parts<T: Copy + Send, R: Send>(
         assert_eq!(part.written, part.rows.len(), "rows of part {k}");
         result
     };
-    let parts = places.into_par_iter().enumerate();
-    let results = on_pool(|| parts.map(write_part).collect());
+    let results = map_on_pool(places.into_iter().enumerate(), write_part);
     // SAFETY: the parts are the first `len` rows, and each has been written to its end.
     unsafe { all.set_len(len) };
     (all, results)

@@ -90,7 +90,7 @@ pub use terminator::{OwnFacets, SMOOTH_SLOPE};
 pub use texture_maps::{MapTarget, TextureMap, TextureMaps};
 pub use textures::{MAX_TEXTURE_SIDE, NO_TEXTURE, Texture, Wrap};
 #[doc(hidden)]
-pub use threads::{map_blocks_mut, on_pool, set_pool_threads, thread_count};
+pub use threads::{map_on_pool, on_pool, set_pool_threads, thread_count};
 pub use up_axis::UpAxis;
 pub use validate::{MAX_DEPTH_LIMIT, MAX_SIDE, SceneError, check_image_size};
 pub use vectors::{Vec2s, Vec3s};

@@ -2,7 +2,7 @@
 
 use super::{PrimKind, Scene, Vec3s};
 use crate::prims::{Prim, RowScale, ScaleFactors};
-use crate::threads::{BLOCK_ROWS, map_blocks};
+use crate::threads::{BLOCK_ROWS, map_on_pool};
 use glam::{DVec3, Vec3};
 use std::ops::Range;
 
@@ -96,7 +96,7 @@ impl Scene {
         };
         let of_run = |run: Range<u32>| {
             let prims = &self.prims[run.start as usize..run.end as usize];
-            map_blocks(prims, BLOCK_ROWS, |block| {
+            map_on_pool(prims.chunks(BLOCK_ROWS), |block| {
                 block.iter().map(reach).fold(0.0, f64::max)
             })
         };

@@ -17,7 +17,7 @@ use crate::prims::{
 use crate::sky::Sky;
 use crate::texture_maps::TextureMaps;
 use crate::textures::Texture;
-use crate::threads::{BLOCK_ROWS, map_blocks};
+use crate::threads::{BLOCK_ROWS, map_on_pool};
 use crate::view::View;
 use glam::Vec3;
 use std::ops::Range;
@@ -411,8 +411,7 @@ impl Scene {
 
     /// [`Scene::mesh_bounds`] of every mesh.
     pub fn bounds_of_meshes(&self) -> Vec<Bounds> {
-        let meshes: Vec<usize> = (0..self.meshes.len()).collect();
-        map_blocks(&meshes, 1, |mesh| self.mesh_bounds(mesh[0]))
+        map_on_pool(0..self.meshes.len(), |mesh| self.mesh_bounds(mesh))
     }
 
     /// Bounds of the boxes that `change` makes of those of a run of primitives.
@@ -428,7 +427,7 @@ impl Scene {
             })
         };
         let prims = &self.prims[run.start as usize..run.end as usize];
-        let blocks = map_blocks(prims, BLOCK_ROWS, of_block).into_iter();
+        let blocks = map_on_pool(prims.chunks(BLOCK_ROWS), of_block).into_iter();
         blocks.fold(Bounds::EMPTY, Bounds::union)
     }
 

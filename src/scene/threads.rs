@@ -4,6 +4,7 @@ use crate::fork_safe_once::ForkSafeOnce;
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+use std::sync::{Mutex, PoisonError};
 
 /// Number of threads to use: the one asked for, or one per CPU available to this process for 0.
 pub fn thread_count(requested: usize) -> usize {
@@ -47,31 +48,31 @@ pub fn on_pool<T: Send>(work: impl FnOnce() -> T + Send) -> T {
 /// Number of rows of a column that a thread looks at in one go.
 pub(crate) const BLOCK_ROWS: usize = 1 << 14;
 
-/// Results of `work` on blocks of `len` rows, in order. If there are several blocks, they are
-/// shared by the threads of a pool.
-pub(crate) fn map_blocks<T: Sync, R: Send>(
-    rows: &[T],
-    len: usize,
-    work: impl Fn(&[T]) -> R + Sync + Send,
+/// Results of `work` on parts, in order. Several parts are shared by the threads of a pool. A single
+/// one is the caller's work: passing it to a pool takes longer than an update of a small scene.
+pub fn map_on_pool<P: Send, R: Send>(
+    parts: impl IntoIterator<Item = P>,
+    work: impl Fn(P) -> R + Sync,
 ) -> Vec<R> {
-    if rows.len() <= len {
-        rows.chunks(len).map(work).collect()
-    } else {
-        on_pool(|| rows.par_chunks(len).map(work).collect())
-    }
+    let slots = parts.into_iter().map(|part| Mutex::new((Some(part), None)));
+    let slots: Vec<_> = slots.collect();
+    for_each_on_pool(slots.len(), &|index| {
+        let slot = || slots[index].lock().unwrap_or_else(PoisonError::into_inner);
+        let part = slot().0.take();
+        let result = part.map(&work);
+        slot().1 = result;
+    });
+    let slots = slots.into_iter().map(Mutex::into_inner);
+    let results = slots.map(|slot| slot.unwrap_or_else(PoisonError::into_inner).1);
+    results.flatten().collect()
 }
 
-/// As `map_blocks`, for rows that change. A single block is the caller's work: passing it to a
-/// pool takes longer than an update of a small scene.
-pub fn map_blocks_mut<T: Send, R: Send>(
-    rows: &mut [T],
-    len: usize,
-    work: impl Fn(&mut [T]) -> R + Sync + Send,
-) -> Vec<R> {
-    if rows.len() <= len {
-        rows.chunks_mut(len).map(work).collect()
+/// Not generic, so that rayon's sharing of work is compiled once.
+fn for_each_on_pool(count: usize, work: &(dyn Fn(usize) + Sync)) {
+    if count <= 1 {
+        (0..count).for_each(work);
     } else {
-        on_pool(|| rows.par_chunks_mut(len).map(work).collect())
+        on_pool(|| (0..count).into_par_iter().for_each(work));
     }
 }
 
@@ -92,6 +93,14 @@ mod tests {
     }
 
     #[test]
+    fn results_are_in_the_order_of_their_parts() {
+        for count in [0, 1, 2, 1000] {
+            let results = map_on_pool(0..count, |part| 3 * part);
+            assert!(results.into_iter().eq((0..count).map(|part| 3 * part)));
+        }
+    }
+
+    #[test]
     fn the_first_fault_is_found_in_any_block() {
         for row in [0, BLOCK_ROWS - 1, BLOCK_ROWS, 3 * BLOCK_ROWS + 7] {
             let mut column = vec![1.0f32; 4 * BLOCK_ROWS];
@@ -99,6 +108,5 @@ mod tests {
             let fault = RowCheck::Finite.first_fault(bytemuck::cast_slice(&column), 4);
             assert_eq!(fault, Some(row));
         }
-        assert!(map_blocks(&[0u8; 0], 1, |block| block.len()).is_empty());
     }
 }

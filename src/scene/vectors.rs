@@ -2,7 +2,7 @@
 
 use super::Column;
 use crate::column::{AnyColumn, Attribute};
-use crate::threads::{BLOCK_ROWS, map_blocks};
+use crate::threads::{BLOCK_ROWS, map_on_pool};
 use glam::{Vec2, Vec3};
 
 /// Three float columns: a vector attribute stored as structure of arrays.
@@ -77,7 +77,7 @@ impl Vec3s {
 
     /// Largest absolute value of a component.
     pub(crate) fn largest_magnitude(&self) -> f32 {
-        let of_part = |part| map_blocks(part, BLOCK_ROWS, largest_magnitude);
+        let of_part = |part: &[f32]| map_on_pool(part.chunks(BLOCK_ROWS), largest_magnitude);
         let blocks = self.parts().into_iter().flat_map(|part| of_part(part));
         blocks.fold(0.0, f32::max)
     }

@@ -7,8 +7,7 @@ use super::difference::{LargestDifference, LayerDifference, NotFiniteCounts, row
 use super::flip::{FlipSum, RgbRow};
 use super::layer_pairs::{ChannelPair, LayerPair, LayerPairs, pair_layers};
 use super::ssim::SsimChannel;
-use phalanx_scene::on_pool;
-use rayon::prelude::*;
+use phalanx_scene::map_on_pool;
 use std::borrow::Cow;
 
 /// Differences of two pictures of one size. Samples for a screen are in steps of an 8-bit sample, 0
@@ -98,8 +97,10 @@ pub fn compare_pictures(
     for band in band_pairs(a, b)? {
         let band = band?;
         differing += add_differences(&pairs, &band, width as usize, tolerance, &mut figures);
-        let layers = pairs.common.par_iter().zip(&mut figures);
-        on_pool(|| layers.for_each(|(pair, layer)| layer.add_seen(pair, &band, width as usize)));
+        let layers = pairs.common.iter().zip(&mut figures);
+        map_on_pool(layers, |(pair, layer)| {
+            layer.add_seen(pair, &band, width as usize)
+        });
     }
     let layers = pairs.common.iter().zip(figures);
     Ok(PictureComparison {
@@ -134,7 +135,7 @@ fn add_differences(
     tolerance: Option<f64>,
     figures: &mut [LayerFigures],
 ) -> u64 {
-    let rows = (0..band.rows).into_par_iter().map(|row| {
+    let rows = map_on_pool(0..band.rows, |row| {
         let mut marks = vec![false; width];
         let layers = pairs.common.iter();
         let differences =
@@ -145,7 +146,6 @@ fn add_differences(
             marks.iter().filter(|mark| **mark).count() as u64,
         )
     });
-    let rows: Vec<(Vec<LayerDifference>, u64)> = on_pool(|| rows.collect());
     let mut differing = 0;
     for (differences, pixels) in rows {
         differing += pixels;
@@ -173,8 +173,8 @@ impl LayerFigures {
         let [Some(first), Some(second)] = [0, 1].map(|side| band.shown_rgb(side, pair)) else {
             return;
         };
-        let channels = first.par_iter().zip(&second).zip(&mut self.ssim);
-        channels.for_each(|((a, b), ssim)| {
+        let channels = first.iter().zip(&second).zip(&mut self.ssim);
+        map_on_pool(channels, |((a, b), ssim)| {
             let rows = a.chunks_exact(width).zip(b.chunks_exact(width));
             rows.for_each(|(a, b)| ssim.push(a, b));
         });

@@ -8,7 +8,7 @@ use super::super::read::SampleKind;
 use super::flip_filters::{COLOR_RADIUS, Features, FlipFilters, FlipRow};
 use super::on_screen::linear_on_screen;
 use glam::DVec3;
-use rayon::prelude::*;
+use phalanx_scene::map_on_pool;
 use std::collections::VecDeque;
 
 /// Exponent and cut of the difference of colours: values up to 0.4 of the largest take the range up
@@ -86,7 +86,7 @@ impl FlipSum {
             .filter(|&y| self.around(y).any(|row| !row.equal))
             .collect();
         self.filter_around(&differing);
-        let sums: Vec<f64> = differing.par_iter().map(|&y| self.row_sum(y)).collect();
+        let sums = map_on_pool(differing, |y| self.row_sum(y));
         self.sum += sums.iter().sum::<f64>();
         let width = self.rows.front().map_or(0, |row| row.samples[0][0].len());
         self.pixels += (end.saturating_sub(self.next) * width) as u64;
@@ -117,12 +117,9 @@ impl FlipSum {
             needed[top..end].fill(true);
         }
         let (kind, filters) = (self.kind, &self.filters);
-        let (front, back) = self.rows.as_mut_slices();
-        let all = front.par_iter_mut().chain(back);
-        let missing = all
-            .zip(needed)
-            .filter(|(row, needed)| *needed && row.filtered.is_none());
-        missing.for_each(|(row, _)| {
+        let all = self.rows.iter_mut().zip(needed);
+        let missing = all.filter(|(row, needed)| *needed && row.filtered.is_none());
+        map_on_pool(missing, |(row, _)| {
             let filtered = [0, 1].map(|side| {
                 let [red, green, blue] = &row.samples[side];
                 let pixels = red.iter().zip(green).zip(blue);

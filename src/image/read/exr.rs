@@ -17,8 +17,7 @@ use exr::meta::attribute::{SampleType, Text};
 use exr::meta::header::Header;
 use exr::prelude::{Compression, f16};
 use phalanx_scene::film::current_channel_name;
-use phalanx_scene::on_pool;
-use rayon::prelude::*;
+use phalanx_scene::map_on_pool;
 use std::collections::{BTreeMap, HashSet};
 use std::ops::Range;
 
@@ -248,12 +247,9 @@ impl RowReader for ExrRows {
             if batch.is_empty() {
                 break;
             }
-            let blocks = batch
-                .into_par_iter()
-                .map(|chunk| UncompressedBlock::decompress_chunk(chunk, &meta, false));
-            let blocks: exr::error::Result<Vec<_>> = on_pool(|| blocks.collect());
-            for block in blocks.map_err(plain)? {
-                target.put(&meta.headers, &block)?;
+            let block = |chunk| UncompressedBlock::decompress_chunk(chunk, &meta, false);
+            for block in map_on_pool(batch, block) {
+                target.put(&meta.headers, &block.map_err(plain)?)?;
             }
         }
         let expected: usize = meta.headers.iter().map(|part| samples(part, &rows)).sum();

@@ -5,12 +5,10 @@ use super::header::{self, BLOCK, SectionEntry, SectionLayout};
 use super::mapping::Mapping;
 use super::settings;
 use super::write::shapes;
-use phalanx_scene::{AnyColumn, RowCheck, Scene, Texture, on_pool};
+use phalanx_scene::{AnyColumn, RowCheck, Scene, Texture, map_on_pool};
 use phalanx_trace::bvh::{Bvh, BvhArrays, LeafPrims, UnverifiedBvh};
-use rayon::prelude::*;
 use std::path::Path;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
 
 /// Contents of a cache.
 #[derive(Debug)]
@@ -188,25 +186,23 @@ fn verify(
     first_array: usize,
 ) -> Result<(), CacheFault> {
     let blocks = blocks(file, table, scene, unverified, first_array);
-    let sums: Vec<AtomicU32> = blocks.iter().map(|_| AtomicU32::new(0)).collect();
-    let nonsense = AtomicUsize::new(usize::MAX);
-    let verify = |(block, sum): (&VerifyTask, &AtomicU32)| {
-        sum.store(crc32fast::hash(block.bytes), Ordering::Relaxed);
+    let verified = map_on_pool(&blocks, |block| {
         let holds = match block.check {
             BlockCheck::Rows(check) => check.holds(block.bytes),
             BlockCheck::Tree(k) => unverified.verify(k),
         };
-        if !holds {
-            nonsense.fetch_min(block.section, Ordering::Relaxed);
-        }
-    };
-    on_pool(|| blocks.par_iter().zip(&sums).for_each(verify));
+        (crc32fast::hash(block.bytes), holds)
+    });
     let mut totals: Vec<crc32fast::Hasher> =
         table.iter().map(|_| crc32fast::Hasher::new()).collect();
-    for (block, sum) in blocks.iter().zip(&sums) {
+    let mut nonsense = None;
+    for (block, (sum, holds)) in blocks.iter().zip(verified) {
         let length = block.bytes.len() as u64;
-        let sum = crc32fast::Hasher::new_with_initial_len(sum.load(Ordering::Relaxed), length);
+        let sum = crc32fast::Hasher::new_with_initial_len(sum, length);
         totals[block.section].combine(&sum);
+        if !holds {
+            nonsense = nonsense.or(Some(block.section));
+        }
     }
     for (k, (totals, section)) in totals.into_iter().zip(table).enumerate() {
         if totals.finalize() != section.checksum {
@@ -214,9 +210,9 @@ fn verify(
         }
     }
     // Reported last, so that a flipped bit is reported as damage.
-    match nonsense.into_inner() {
-        usize::MAX => Ok(()),
-        section => Err(CacheFault::Nonsense(shapes[section].0)),
+    match nonsense {
+        None => Ok(()),
+        Some(section) => Err(CacheFault::Nonsense(shapes[section].0)),
     }
 }
 

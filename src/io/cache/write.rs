@@ -2,9 +2,8 @@
 
 use super::header::{self, BLOCK, SectionLayout};
 use super::settings::{self, Extra};
-use phalanx_scene::{Scene, on_pool};
+use phalanx_scene::{Scene, map_on_pool};
 use phalanx_trace::bvh::{Bvh, BvhError};
-use rayon::prelude::*;
 use std::io::{self, Write};
 
 /// The reason why a cache could not be written.
@@ -39,13 +38,12 @@ impl<'a> SectionData<'a> {
     }
 
     fn checksum(&self) -> u32 {
-        let parts = self.parts.par_iter();
-        let blocks = parts.flat_map(|part| part.par_chunks(BLOCK)).map(|block| {
+        let blocks = self.parts.iter().flat_map(|part| part.chunks(BLOCK));
+        let blocks = map_on_pool(blocks, |block| {
             let mut hasher = crc32fast::Hasher::new();
             hasher.update(block);
             hasher
         });
-        let blocks: Vec<crc32fast::Hasher> = on_pool(|| blocks.collect());
         let mut total = crc32fast::Hasher::new();
         blocks.iter().for_each(|block| total.combine(block));
         total.finalize()

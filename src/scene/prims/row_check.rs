@@ -3,7 +3,7 @@
 
 use super::{Prim, PrimKind};
 use crate::textures::NO_TEXTURE;
-use crate::threads::{BLOCK_ROWS, map_blocks};
+use crate::threads::{BLOCK_ROWS, map_on_pool};
 
 /// Marks a triangle without an optional attribute: its row of [`Triangles::normals`],
 /// [`Triangles::uvs`], [`Triangles::tangents`] or [`Triangles::colors`] is three times this.
@@ -51,7 +51,9 @@ impl RowCheck {
 
     /// Index of the first row of `row_size` bytes for which the condition does not hold.
     pub(crate) fn first_fault(self, bytes: &[u8], row_size: usize) -> Option<usize> {
-        let blocks = map_blocks(bytes, BLOCK_ROWS * row_size, |block| self.holds(block));
+        let blocks = map_on_pool(bytes.chunks(BLOCK_ROWS * row_size), |block| {
+            self.holds(block)
+        });
         let block = blocks.into_iter().position(|holds| !holds)?;
         let mut rows = bytes.chunks(row_size).skip(block * BLOCK_ROWS);
         Some(block * BLOCK_ROWS + rows.position(|row| !self.holds(row))?)

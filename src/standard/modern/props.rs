@@ -4,8 +4,7 @@ use super::geodesic;
 use super::mesh_builder::{Grid, MeshBuilder, count};
 use glam::{DVec2, DVec3, dvec2, dvec3};
 use libm::{cos, sin};
-use phalanx_scene::on_pool;
-use rayon::prelude::*;
+use phalanx_scene::map_on_pool;
 use std::f64::consts::TAU;
 
 /// An origin and its directions.
@@ -98,7 +97,7 @@ pub(super) fn fitted_detail(
 ) -> f64 {
     let count_all = |detail: f64| -> u64 {
         let of_part = |part| count(|mesh| draw(&mut PartBuilder::new(mesh, detail), part));
-        on_pool(|| (0..parts).into_par_iter().map(of_part).sum())
+        map_on_pool(0..parts, of_part).into_iter().sum()
     };
     for _ in 0..40 {
         let middle = (least + most) / 2.0;

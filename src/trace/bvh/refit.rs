@@ -9,7 +9,7 @@ use super::tree_parts::TreePart;
 use super::upper::ChunkRows;
 use super::{Bvh, Child, LeafKind, Node};
 use phalanx_scene::huge_pages::consecutive;
-use phalanx_scene::{Bounds, map_blocks_mut};
+use phalanx_scene::{Bounds, map_on_pool};
 
 impl Node {
     /// The box around both children.
@@ -33,8 +33,7 @@ impl Bvh {
         let node_slices = split(&mut nodes[upper..], starts(|chunk| chunk.node));
         let triangle_slices = split(triangles, starts(|chunk| chunk.triangle));
         let chunks = part.chunks.iter().zip(node_slices).zip(triangle_slices);
-        let weighted = map_blocks_mut(&mut chunks.collect::<Vec<_>>(), 1, |rows| {
-            let ((chunk, nodes), triangles) = &mut rows[0];
+        let weighted = map_on_pool(chunks, |((chunk, nodes), triangles)| {
             // The boxes read what has just been written.
             for row in triangles.iter_mut() {
                 *row = LeafTriangle::of(input, row.prim_id);
@@ -44,7 +43,7 @@ impl Bvh {
                 part.triangles.start + chunk.triangle,
             ];
             let count = nodes.len();
-            refit_nodes((&mut **nodes, count), triangles, first)
+            refit_nodes((nodes, count), triangles, first)
         });
         // In order, so that the sum does not depend on threads.
         let below: f64 = weighted.iter().sum();

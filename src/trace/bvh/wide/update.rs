@@ -7,7 +7,7 @@ use crate::bvh::leaf::LeafTriangle;
 use crate::bvh::leaf_column::LeafRow;
 use crate::simd::NATIVE;
 use glam::Vec3;
-use phalanx_scene::{Bounds, NO_PRIM, PAD, map_blocks_mut};
+use phalanx_scene::{Bounds, NO_PRIM, PAD, map_on_pool};
 use rayon::prelude::*;
 
 /// Rows that a thread takes at a time.
@@ -94,8 +94,8 @@ impl WideBvh {
         let moved = |blocks: &mut [TriangleBlock]| -> Vec<Bounds> {
             blocks.iter_mut().map(moved).collect()
         };
-        let blocks = map_blocks_mut(&mut self.triangles, GRAIN, moved).concat();
-        map_blocks_mut(&mut self.nodes, GRAIN, |nodes| {
+        let blocks = map_on_pool(self.triangles.chunks_mut(GRAIN), moved).concat();
+        map_on_pool(self.nodes.chunks_mut(GRAIN), |nodes| {
             for node in nodes {
                 for lane in 0..NATIVE {
                     if let ChildRef::Triangles(k) = ChildRef::of_code(node.children[lane]) {
