@@ -48,8 +48,9 @@ pub fn on_pool<T: Send>(work: impl FnOnce() -> T + Send) -> T {
 /// Number of rows of a column that a thread looks at in one go.
 pub(crate) const BLOCK_ROWS: usize = 1 << 14;
 
-/// Results of `work` on parts, in order. Several parts are shared by the threads of a pool. A single
-/// one is the caller's work: passing it to a pool takes longer than an update of a small scene.
+/// Results of `work` on parts, in order. Several parts are shared by the threads of a pool. A
+/// single one is the caller's work: passing it to a pool takes longer than an update of a small
+/// scene.
 pub fn map_on_pool<P: Send, R: Send>(
     parts: impl IntoIterator<Item = P>,
     work: impl Fn(P) -> R + Sync,
