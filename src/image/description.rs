@@ -65,9 +65,10 @@ const VISIBLE: f32 = 0.5 / 255.0 / 12.92;
 
 impl PictureFile {
     /// Radiance as the file shows it: on a screen, the dark is black, and all from 1 on is white.
-    pub fn shown(&self, radiance: f32) -> f32 {
-        match radiance * self.exposure.stops.exp2() {
-            _ if self.format.is_linear() => radiance,
+    pub fn shown(&self) -> impl Fn(f32) -> f32 + use<> {
+        let (gain, is_linear) = (self.exposure.stops.exp2(), self.format.is_linear());
+        move |radiance| match radiance * gain {
+            _ if is_linear => radiance,
             shown if shown < VISIBLE => 0.0,
             shown => shown.min(1.0),
         }
@@ -75,10 +76,10 @@ impl PictureFile {
 
     /// The colour that all pixels of a film show, if it is the same.
     pub fn even_color(&self, film: &Film) -> Option<[f32; 3]> {
-        let planes = film.planes.each_ref();
-        let color = planes.map(|plane| self.shown(*plane.first().unwrap_or(&0.0)));
+        let (planes, shown) = (film.planes.each_ref(), self.shown());
+        let color = planes.map(|plane| shown(*plane.first().unwrap_or(&0.0)));
         let mut planes = planes.into_iter().zip(color);
-        let is_even = planes.all(|(plane, c)| plane.iter().all(|&p| self.shown(p) == c));
+        let is_even = planes.all(|(plane, c)| plane.iter().all(|&p| shown(p) == c));
         is_even.then_some(color)
     }
 }

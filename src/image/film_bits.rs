@@ -67,19 +67,32 @@ fn hit_hash(pixel: PixelBits) -> u64 {
     fnv1a(&words.unwrap_or_default())
 }
 
+/// Adds a plane's little-endian bytes.
+pub fn extend_with_plane(bytes: &mut Vec<u8>, plane: &[f32]) {
+    let end = bytes.len();
+    bytes.resize(end + 4 * plane.len(), 0);
+    let words = bytes[end..].as_chunks_mut::<4>().0.iter_mut();
+    for (word, value) in words.zip(plane) {
+        *word = value.to_le_bytes();
+    }
+}
+
 /// Copies the part of a tile that lies in a window onto the window's film. The bytes are those of
-/// the tile's planes, row by row.
+/// the tile's planes ([`extend_with_plane`]), row by row.
 pub fn put_tile_bytes(film: &mut Film, window: Tile, tile: Tile, bytes: &[u8]) {
     let part = tile.within(window);
     let plane_bytes = 4 * tile.pixels() as usize;
     let planes = film.planes_mut().into_iter();
     for (plane, bytes) in planes.zip(bytes.chunks_exact(plane_bytes)) {
+        let words = bytes.as_chunks::<4>().0;
         for y in part.y..part.y + part.height {
             let from = ((y - tile.y) * tile.width + part.x - tile.x) as usize;
             let to = (y - window.y) as usize * window.width as usize + (part.x - window.x) as usize;
             let width = part.width as usize;
-            let pixels: &mut [u8] = bytemuck::cast_slice_mut(&mut plane[to..to + width]);
-            pixels.copy_from_slice(&bytes[4 * from..4 * (from + width)]);
+            let pixels = plane[to..to + width].iter_mut();
+            for (pixel, word) in pixels.zip(&words[from..from + width]) {
+                *pixel = f32::from_le_bytes(*word);
+            }
         }
     }
 }

@@ -41,7 +41,9 @@ pub use description::{BAND_ROWS, Crop, Depth, PictureFile};
 pub use encoder::{Exposure, MAX_EXPOSURE, Picture, encode};
 pub use error::{CompareError, DifferentSizes, PictureError};
 pub use false_color::{false_color, false_colors};
-pub use film_bits::{HitBits, PixelBits, differing_pixels, pixel_hashes, put_tile_bytes};
+pub use film_bits::{
+    HitBits, PixelBits, differing_pixels, extend_with_plane, pixel_hashes, put_tile_bytes,
+};
 pub use format::ImageFormat;
 pub use header::PictureHeader;
 pub use jpeg::jpeg_bytes;

@@ -11,6 +11,7 @@
 //! | 36 to 40 | checksum of all bytes before this field |
 
 use super::render_key::RenderKey;
+use phalanx_image::extend_with_plane;
 use phalanx_render::frame::Tile;
 
 /// First bytes of a record, used to find the next record in a damaged file.
@@ -96,7 +97,7 @@ pub(super) fn write(buffer: &mut Vec<u8>, tile: Tile, identity: u32, planes: &[&
     buffer.clear();
     buffer.resize(HEADER_BYTES, 0);
     for plane in planes {
-        buffer.extend_from_slice(bytemuck::cast_slice(plane));
+        extend_with_plane(buffer, plane);
     }
     let head = RecordHeader {
         tile,
