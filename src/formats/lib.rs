@@ -19,6 +19,9 @@
 
 mod diagnostics;
 mod folder;
+#[cfg(test)]
+#[path = "../../tests/common/full_or.rs"]
+mod full_or;
 mod gltf;
 mod memory;
 mod mesh;

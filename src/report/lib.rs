@@ -4,6 +4,9 @@
 
 mod comparison;
 mod files;
+#[cfg(test)]
+#[path = "../../tests/common/full_or.rs"]
+mod full_or;
 pub mod html;
 mod numbers;
 mod ray_kind;

@@ -23,6 +23,10 @@ pub mod isa;
 // Time, even without a clock.
 pub mod stopwatch;
 
+#[cfg(test)]
+#[path = "../../tests/common/full_or.rs"]
+mod full_or;
+
 pub use cast::{
     BatchError, Hit, HitBuffer, HitColumns, HitLists, Ray, RayBatch, RayBuffer, RayColumns,
 };

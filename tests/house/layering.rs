@@ -389,7 +389,9 @@ fn rooms_import_what_the_table_allows() {
         };
         let own = room.rsplit('/').next().unwrap_or_default();
         for other in imported(&source.code, "crate") {
-            if other != own && !may.contains(&other.as_str()) {
+            // Tests of every room may ask for their size.
+            let allowed = [own, "full_or"].contains(&&*other) || may.contains(&&*other);
+            if !allowed {
                 wrong.push(format!("{}: {room} imports {other} ({why})", source.path));
             }
         }

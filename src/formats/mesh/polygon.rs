@@ -88,6 +88,7 @@ fn area(points: &[Vec3], triangles: &[[u32; 3]]) -> glam::DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::full_or::full_or;
 
     fn lifted(flat: &[(f32, f32)]) -> Vec<Vec3> {
         // A slanted plane that does not pass through the origin.
@@ -184,10 +185,7 @@ mod tests {
 
     /// Many corners: of sixty thousand, ear clipping would take minutes for some outlines.
     fn many_corners() -> usize {
-        match std::env::var_os("PHALANX_FULL") {
-            Some(_) => 60_000,
-            None => 6000,
-        }
+        full_or(60_000, 6000)
     }
 
     #[test]

@@ -9,6 +9,7 @@
 use super::groups::changed_groups;
 use super::noise::{RunNoise, looks_slower};
 use super::{PHALANX, RETAKES};
+use crate::full_or::full_or;
 use crate::statistics::Draw;
 use crate::{Estimate, ORACLE, RateRow, RecordIndex};
 use std::collections::BTreeMap;
@@ -99,18 +100,10 @@ fn reported(suites: u64, speed: impl Fn(&RateRow) -> f64) -> u64 {
     (0..suites).filter(|suite| is_reported(suite)).count() as u64
 }
 
-/// Number of suites that are simulated: all if `PHALANX_FULL` is set, else a tenth.
-fn some_of(suites: u64) -> u64 {
-    match std::env::var_os("PHALANX_FULL") {
-        Some(_) => suites,
-        None => suites / 10,
-    }
-}
-
 /// Unchanged rates: a false alarm in fewer than one suite in a hundred.
 #[test]
 fn an_unchanged_binary_is_not_reported() {
-    let suites = some_of(1000);
+    let suites = full_or(1000, 100);
     let alarms = reported(suites, |_| 1.0);
     assert!(alarms * 100 < suites, "{alarms} of {suites}");
 }
@@ -120,7 +113,7 @@ fn an_unchanged_binary_is_not_reported() {
 fn a_slower_kernel_is_reported() {
     let is_slower = |row: &RateRow| row.kernel == "packet8" && row.rays == "kind3";
     let speed = |row: &RateRow| if is_slower(row) { 0.85 } else { 1.0 };
-    let suites = some_of(200);
+    let suites = full_or(200, 20);
     assert_eq!(reported(suites, speed), suites);
 }
 
@@ -129,7 +122,7 @@ fn a_slower_kernel_is_reported() {
 fn a_slower_scene_is_reported() {
     let is_slower = |row: &RateRow| row.kernel == "packet8" && row.scene == "scene5";
     let speed = |row: &RateRow| if is_slower(row) { 0.85 } else { 1.0 };
-    let suites = some_of(400);
+    let suites = full_or(400, 40);
     let missed = suites - reported(suites, speed);
     assert!(missed * 50 < suites, "{missed} of {suites}");
 }

@@ -3,6 +3,7 @@
 
 mod exact;
 
+use crate::common::full_or;
 use crate::common::rays::{Engines, hit_bits};
 use crate::common::rng::Rng;
 use crate::common::scenes;
@@ -328,12 +329,12 @@ fn judge_scene(seed: u64, rays: usize) -> CrossingSums {
 
 #[test]
 fn rays_find_the_far_sides_that_f64_finds() {
-    const SCENES: u64 = 1000;
     const RAYS: usize = 1000;
+    let scenes = full_or(1000, 200);
     let threads = thread_count(0) as u64;
     let tallies: Vec<CrossingSums> = std::thread::scope(|scope| {
         let workers = (0..threads).map(|first| {
-            let seeds = (first..SCENES).step_by(threads as usize);
+            let seeds = (first..scenes).step_by(threads as usize);
             scope.spawn(move || {
                 seeds
                     .map(|seed| judge_scene(seed, RAYS))

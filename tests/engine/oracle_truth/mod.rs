@@ -3,6 +3,7 @@
 
 mod exact;
 
+use crate::common::full_or;
 use crate::common::rays::{hit_bits, toward};
 use crate::common::rng::Rng;
 use crate::common::scenes;
@@ -96,8 +97,10 @@ fn ties_go_to_the_smaller_number() {
 #[test]
 fn brute_force_finds_what_f64_finds() {
     let mut tally = ErrorTally::default();
-    each_ray(13, 8000, |scene, _, ray| tally.judge(scene, ray));
-    tally.conclude(80_000);
+    each_ray(13, full_or(8000, 2000), |scene, _, ray| {
+        tally.judge(scene, ray)
+    });
+    tally.conclude(full_or(80_000, 20_000));
 }
 
 /// Cones of every shape, each alone, hit from near, from far away, from inside, and at their rims.

@@ -3,6 +3,7 @@
 //! for the table.
 
 use super::meshes::{ClosedMesh, cube, geodesic, globe};
+use crate::common::full_or;
 use crate::common::rays::pack;
 use crate::common::rng::Rng;
 use crate::common::scenes;
@@ -22,9 +23,11 @@ struct Ends {
     none: usize,
 }
 
-fn rays_given(usual: usize) -> usize {
+fn rays_given() -> usize {
     let given = std::env::var("PHALANX_LEAVING_RAYS").ok();
-    given.map_or(usual, |n| n.parse().expect("a number of rays"))
+    given.map_or(full_or(1_000_000, 250_000), |n| {
+        n.parse().expect("a number of rays")
+    })
 }
 
 /// The surface seen near a position from outside, at any angle, from near or far.
@@ -115,7 +118,7 @@ fn rays_that_leave_a_face_do_not_hit_it() {
         (1.0, Vec3::new(5e5, 4e6, 12.0)),
         (1e3, Vec3::new(-5e5, 0.0, 1e5)),
     ];
-    let each = rays_given(1_000_000) / (meshes.len() * places.len());
+    let each = rays_given() / (meshes.len() * places.len());
     for (name, mesh) in &meshes {
         for (scale, offset) in places {
             let (scene, placed) = mesh.scene(scale, offset);
@@ -147,7 +150,7 @@ fn rays_that_leave_a_large_floor_do_not_hit_it() {
             let position = rng.direction() * rng.magnitude(-2.0, 6.0);
             Vec3::new(position.x, position.x * slope + height, position.z)
         };
-        let ends = leave(&scene, 10.0, point_on, rays_given(1_000_000) / 4);
+        let ends = leave(&scene, 10.0, point_on, rays_given() / 4);
         println!("floor, slope {slope}, height {height}: {ends:?}");
         assert_eq!(
             (ends.own, ends.other),
@@ -189,7 +192,7 @@ fn rays_that_leave_a_bulge_do_not_hit_it() {
             }
             scene.validate().expect("a valid scene");
             let point_on = |rng: &mut Rng| center + rng.point(size);
-            let ends = leave(&scene, size, point_on, rays_given(1_000_000) / 12);
+            let ends = leave(&scene, size, point_on, rays_given() / 12);
             println!("{kind:?} of {size} at {center}: {ends:?}");
             assert_eq!(ends.own, 0, "{kind:?} of {size} at {center}");
         }

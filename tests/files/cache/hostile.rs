@@ -1,6 +1,7 @@
 //! Forged files with valid checksums and hostile rows: refused, or rendered like any scene.
 
 use super::{CacheFolder, bytes_of, frame, scene};
+use crate::common::full_or;
 use crate::common::rng::Rng;
 use glam::Vec3;
 use phalanx::bvh::Bvh;
@@ -79,10 +80,15 @@ fn spoil(bytes: &mut [u8], sections: &[Range<usize>], rng: &mut Rng) {
     }
 }
 
-/// Duration of the test: PHALANX_FUZZ_SECONDS, else a few seconds.
+/// Duration of the test: PHALANX_FUZZ_SECONDS, else a second, or five at full size.
 fn patience() -> Duration {
     let seconds = std::env::var("PHALANX_FUZZ_SECONDS");
-    Duration::from_secs(seconds.ok().and_then(|s| s.parse().ok()).unwrap_or(5))
+    Duration::from_secs(
+        seconds
+            .ok()
+            .and_then(|s| s.parse().ok())
+            .unwrap_or(full_or(5, 1)),
+    )
 }
 
 #[test]

@@ -8,7 +8,6 @@ mod obj_others;
 mod origin;
 mod ply;
 mod ply_textures;
-mod real;
 mod stl;
 
 use phalanx::formats::{Diagnostic, Loaded, Options, read_bytes};

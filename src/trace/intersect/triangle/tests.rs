@@ -1,6 +1,7 @@
 //! Tests of hits against the boxes of their triangles, and of the planes of lanes.
 
 use super::*;
+use crate::full_or::full_or;
 use crate::intersect::aabb::ENTRY_SLACK;
 use crate::intersect::random::RandomSource;
 use crate::intersect::shear::{MIXED, VertexColumns};
@@ -132,7 +133,8 @@ fn grazed(size: f32, from: &mut RandomSource) -> ([Vec3; 3], RayPacket) {
 fn hits_are_in_the_box_of_their_triangle() {
     let mut from = RandomSource(1);
     let (mut free, mut clamped) = (0, 0);
-    for round in 0..400_000 {
+    let rounds = full_or(400_000, 40_000);
+    for round in 0..rounds {
         let size = from.scale(10.0);
         let corners = from.corners(size);
         let (corners, rays) = match (round, round % 4) {
@@ -176,7 +178,8 @@ fn hits_are_in_the_box_of_their_triangle() {
             );
         }
     }
-    assert!(free > 300_000 && clamped > 300_000, "{free}, {clamped}");
+    let least = free.min(clamped);
+    assert!(4 * least > 3 * rounds, "{free}, {clamped}");
 }
 
 /// Checks the distances to planes of triangles in lanes against those of one triangle for all.

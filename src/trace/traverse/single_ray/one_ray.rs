@@ -186,6 +186,7 @@ fn setup([org, dir]: [&[f32; 3]; 2]) -> SingleRaySetup {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::full_or::full_or;
     use crate::intersect::random::RandomSource;
     use crate::simd::{LaneMask, Mask8};
     use crate::traverse::single_ray::packet_of_one;
@@ -195,7 +196,7 @@ mod tests {
     #[test]
     fn one_ray_is_set_up_as_in_a_packet() {
         let mut from = RandomSource(3);
-        for round in 0..200_000 {
+        for round in 0..full_or(200_000, 20_000) {
             let (org, mut dir) = (
                 from.position() * from.scale(60.0),
                 from.position() * from.scale(90.0),
