@@ -20,6 +20,7 @@ mod table;
 pub use empty_picture::{EMPTY, EvenColor};
 pub use file_coordinates::{origin_row, to_file_coordinates};
 pub use memory_stats::MemoryStats;
+#[cfg(unix)]
 pub use process_status::process_status;
 pub use render_summary::{PictureWindow, RenderSummary};
 pub use stats::{

@@ -1,6 +1,5 @@
-//! Tests of our readers against others, on the files in `../shared/scenes` if there are any:
-//! `cargo test --release -p phalanx -p phalanx-benches --test readers`. They stand here for what
-//! they depend on, which `cargo test` need not compile.
+//! Our readers against those of others, on the files in `../shared/scenes` if there are any:
+//! `cargo test --release --features phalanx-units/readers --test readers`.
 
 use phalanx::formats::{Options, ReadOptions, load};
 use phalanx::scene::Scene;
@@ -10,7 +9,7 @@ use std::path::{Path, PathBuf};
 /// All files with this extension below a folder of the shared scenes.
 fn files(ending: &str) -> Vec<PathBuf> {
     let mut files = Vec::new();
-    let shared = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/scenes");
+    let shared = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/scenes");
     let mut folders = vec![Path::new(shared).join(ending)];
     folders.retain(|folder| folder.is_dir());
     if folders.is_empty() {
