@@ -1,5 +1,5 @@
-//! Our readers against those of others, on the files in `../shared/scenes` if there are any:
-//! `cargo test --release --features phalanx-units/readers --test readers`.
+//! Our readers against those of others, and on several threads, on the files in `../shared/scenes`
+//! if there are any: `cargo test --release --features phalanx-units/readers --test readers`.
 
 use phalanx::formats::{Options, ReadOptions, load};
 use phalanx::scene::Scene;
