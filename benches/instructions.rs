@@ -81,7 +81,7 @@ fn main() -> ExitCode {
         .collect();
     let now = CommittedCounts {
         schema_version: 1,
-        rustc: option_env!("PHALANX_RUSTC").unwrap_or_default().to_owned(),
+        rustc: env!("PHALANX_RUSTC").to_owned(),
         level: LEVEL.into(),
         instructions: counts,
     };

@@ -183,9 +183,9 @@ mod tests {
         ]
     }
 
-    /// Many corners: of sixty thousand, ear clipping would take minutes for some outlines.
+    /// Many corners: of thirty thousand, ear clipping would take minutes for some outlines.
     fn many_corners() -> usize {
-        full_or(60_000, 6000)
+        full_or(30_000, 6000)
     }
 
     #[test]

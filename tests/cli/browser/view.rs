@@ -32,7 +32,7 @@ impl OpenPage {
     /// Opens a page of 1280 by 800 pixels, and waits for its picture.
     fn of(scene: &str, browser: Browser) -> OpenPage {
         let mut program = Command::new(env!("CARGO_BIN_EXE_phalanx"));
-        program.args(["view", scene, "--spp", "4"]);
+        program.args(["view", scene, "--spp", "2"]);
         let mut program = program
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
@@ -371,7 +371,7 @@ fn a_scene_can_be_looked_around_and_kept() {
     let cameras = folder.path().join("cameras.gltf");
     fs::write(&cameras, TWO_CAMERAS).expect("a scene");
     let cameras = cameras.to_str().expect("a path").to_owned();
-    let mut scenes = vec!["standard:street:1M".to_owned(), cameras.clone()];
+    let mut scenes = vec!["standard:street:100k".to_owned(), cameras.clone()];
     scenes.extend(std::env::var("PHALANX_VIEW"));
     for scene in scenes {
         let mut page = OpenPage::of(&scene, browser);
