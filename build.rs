@@ -1,5 +1,6 @@
-//! Facts about the build for the program's records: compiler, profile, revision. None of it is
-//! needed to build. For static builds also a library that their C library has no file for.
+//! Facts about the build for records of the program, and of the benchmarks, whose build script this
+//! is, too: compiler, profile, revision. For static builds also a library that their C library has
+//! no file for.
 
 use std::env;
 use std::path::Path;

@@ -183,7 +183,7 @@ mod tests {
         ]
     }
 
-    /// Many corners: of thirty thousand, ear clipping would take minutes for some outlines.
+    /// Number of corners at which a time that grows with its square is noticed.
     fn many_corners() -> usize {
         full_or(30_000, 6000)
     }
