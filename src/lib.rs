@@ -252,8 +252,8 @@ pub use phalanx_scene::{GeomId, GeometryError, NO_GEOM, NO_PRIM, Scene};
 pub use phalanx_trace::bvh::{BuildSettings, Bvh, Quality};
 #[doc(inline)]
 pub use phalanx_trace::cast::{
-    BatchError, BatchFilter, Hit, HitBuffer, HitColumns, HitLists, PerRay, Ray, RayBatch,
-    RayBuffer, RayColumns, RayFilter, RayRows, RefinedHit, TMax, refine,
+    AcceptHit, BatchError, BatchFilter, Hit, HitBuffer, HitColumns, HitLists, PerRay, Ray,
+    RayBatch, RayBuffer, RayColumns, RayFilter, RayRows, RefinedHit, TMax, refine,
 };
 
 // Vectors and maps, in the version that the interfaces take.

@@ -130,6 +130,7 @@ impl<'py> RayFilters<'py> {
             tnear: self.tnear.rows(from, to)?,
             mask: self.mask.rows(from, to),
             ignore: self.ignore.rows(from, to),
+            accept: None,
         })
     }
 }

@@ -4,9 +4,10 @@ use super::front_door::mixed_scene;
 use crate::common::rng::Rng;
 use phalanx::oracle::{Oracle, OracleHit, OracleRay, OracleSearch};
 use phalanx::{
-    BatchFilter, Bvh, Hit, HitBuffer, NO_PRIM, PerRay, Ray, RayBuffer, RayFilter, Scene,
+    BatchFilter, Bvh, Hit, HitBuffer, HitColumns, NO_PRIM, PerRay, Ray, RayBuffer, RayFilter, Scene,
 };
 use std::cell::RefCell;
+use std::sync::Mutex;
 
 type FilteredBits = ([u32; 3], u32, u32);
 
@@ -133,6 +134,14 @@ fn filters_choose_among_the_crossings_of_the_oracle() {
             tnear: PerRay::Each(&tnear),
             mask: PerRay::Each(&mask),
             ignore: PerRay::Each(&ignore),
+            accept: None,
+        };
+        assert_batches(&bvh, &rays, &filter);
+        // Where hits of curved surfaces are refused one side at a time.
+        let accept = |ray: usize, hit: &Hit| (hit.t.to_bits() as usize + ray).is_multiple_of(2);
+        let filter = BatchFilter {
+            accept: Some(&accept),
+            ..filter
         };
         assert_batches(&bvh, &rays, &filter);
     }
@@ -155,14 +164,27 @@ fn assert_batches(bvh: &Bvh, rays: &[Ray], filter: &BatchFilter) {
         .expect("columns of one length");
     let lists = bvh.all_hits_batch_filtered(&columns, filter, 2);
     let lists = lists.expect("columns of one length");
+    let each = Mutex::new(HitBuffer::new(rays.len()));
+    bvh.intersect_batch_filtered_each(&columns, filter, 2, |k, hit| {
+        if let Some(hit) = hit {
+            let mut hits = each.lock().expect("no panic");
+            let HitColumns { t, prim_id, .. } = hits.columns();
+            (t[k], prim_id[k]) = (hit.t, hit.prim_id);
+        }
+    })
+    .expect("columns of one length");
+    let each = each.into_inner().expect("no panic");
     for (k, ray) in rays.iter().enumerate() {
+        let accept = |hit: &Hit| filter.accept.is_none_or(|accept| accept(k, hit));
         let filter = RayFilter {
             tnear: tnear[k],
             mask: mask[k],
             ignore: ignore[k],
-            ..RayFilter::default()
+            accept: &accept,
         };
         let hit = bvh.intersect_filtered(ray, &filter);
+        let parts = |hit: Option<Hit>| hit.map(|hit| (hit.t.to_bits(), hit.prim_id));
+        assert_eq!(parts(each.get(k)), parts(hit));
         assert_eq!((hits.get(k), blocked[k]), (hit, hit.is_some()));
         assert_eq!(
             lists.of(k).collect::<Vec<_>>(),

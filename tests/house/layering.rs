@@ -332,7 +332,7 @@ const BOUNDS: [&str; 4] = [
 ];
 
 /// Files that may contain `unsafe`.
-const UNSAFE_FILES: [&str; 19] = [
+const UNSAFE_FILES: [&str; 27] = [
     "trace/simd/compact.rs",
     "trace/simd/mask_bits.rs",
     "scene/huge_pages.rs",
@@ -355,6 +355,15 @@ const UNSAFE_FILES: [&str; 19] = [
     // A C interface, and the control register that it wants otherwise.
     "bench/peers/embree/api.rs",
     "bench/peers/embree/mxcsr.rs",
+    // Memory of callers in C.
+    "capi/batch.rs",
+    "capi/files.rs",
+    "capi/ray.rs",
+    "capi/rows.rs",
+    "capi/scene.rs",
+    "capi/status.rs",
+    "capi/table.rs",
+    "capi/tree.rs",
 ];
 
 /// Crates of ours that crate `name` depends on, in alphabetical order.

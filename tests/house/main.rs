@@ -1,6 +1,7 @@
 //! Rules for the source code, checked in its text.
 
 mod binaries;
+mod c_header;
 mod circles;
 mod comments;
 mod features;

@@ -7,8 +7,9 @@ use std::path::{Path, PathBuf};
 /// Files of `src` that are not Rust sources.
 const OTHERS: [&str; 1] = ["report/html/style.css"];
 
-/// The Python package, except its extension, and the page of `phalanx view`.
-const PACKAGES: [&str; 5] = [
+/// The Python package, except its extension, the page of `phalanx view`, and headers for C.
+const PACKAGES: [&str; 6] = [
+    "capi/include/",
     "view/page/",
     "python/phalanx/",
     "python/pyproject.toml",

@@ -10,13 +10,23 @@ pub(crate) struct GeometryStarts {
     starts: Vec<(u32, GeomId)>,
     /// Masks by the geometries' numbers.
     masks: Vec<u32>,
+    /// First primitives in the same way; [`NO_PRIM`] without any.
+    firsts: Vec<u32>,
 }
 
 impl GeometryStarts {
     pub(super) fn of(scene: &Scene) -> GeometryStarts {
+        let (starts, masks) = (scene.geometry_starts(), scene.geometries.mask.to_vec());
+        let mut firsts = vec![NO_PRIM; masks.len()];
+        for &(first, id) in &starts {
+            if let Some(place) = firsts.get_mut(id as usize) {
+                *place = first;
+            }
+        }
         GeometryStarts {
-            starts: scene.geometry_starts(),
-            masks: scene.geometries.mask.to_vec(),
+            starts,
+            masks,
+            firsts,
         }
     }
 
@@ -31,8 +41,8 @@ impl GeometryStarts {
 
     /// The first primitive of a geometry.
     pub(crate) fn first_prim(&self, geometry: GeomId) -> Option<u32> {
-        let known = |&&(_, id): &&(u32, GeomId)| id == geometry && id != NO_GEOM;
-        self.starts.iter().find(known).map(|&(first, _)| first)
+        let first = self.firsts.get(geometry as usize).copied();
+        first.filter(|&first| first != NO_PRIM)
     }
 
     /// The geometry of a primitive, or [`NO_GEOM`].

@@ -76,6 +76,26 @@ impl Bvh {
         }
     }
 
+    /// Returns true if the tree was built or updated for the scene as it is now. Trees from a cache
+    /// do not know.
+    ///
+    /// ```
+    /// # mod phalanx { pub use {phalanx_scene::*, phalanx_trace::*, phalanx_trace::bvh::*}; }
+    /// use phalanx::{Bvh, Scene};
+    ///
+    /// let mut scene = Scene::new();
+    /// let bvh = Bvh::build(&scene);
+    /// assert!(bvh.is_current(&scene));
+    /// scene.add_spheres(&[[0.0; 3]], &[1.0])?;
+    /// assert!(!bvh.is_current(&scene));
+    /// # Ok::<(), phalanx::GeometryError>(())
+    /// ```
+    pub fn is_current(&self, scene: &Scene) -> bool {
+        self.parts
+            .as_ref()
+            .is_some_and(|parts| parts.edits == scene.edits())
+    }
+
     /// Follows a scene; returns false if the tree has to be built anew.
     fn follow(&mut self, scene: &Scene) -> bool {
         let Some(mut parts) = self.parts.take() else {

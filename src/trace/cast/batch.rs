@@ -5,7 +5,7 @@ use super::hit_lists::HitLists;
 use super::rows::TransposedRays;
 use super::scan_order::ScanOrder;
 use super::worker::{RowNumbers, Worker};
-use super::{BatchError, HitColumns, Ray, RayBatch, RayColumns};
+use super::{BatchError, Hit, HitColumns, Ray, RayBatch, RayColumns};
 use crate::bvh::Bvh;
 use crate::traverse::Kernel;
 use crate::traverse::single_ray::OneRay;
@@ -90,6 +90,53 @@ impl Bvh {
                 worker.closest(rays, hits, places);
             };
         run(self, (rays, &order), threads, hits.chunks(chunk), work);
+        Ok(())
+    }
+
+    /// As [`Bvh::intersect_batch`], for hits that do not go to columns: `put` gets the number of
+    /// each ray and its hit, once, on the thread that traced it and in any order.
+    ///
+    /// # Errors
+    /// [`BatchError`] if columns differ in length; `put` is not called then.
+    ///
+    /// ```
+    /// # mod phalanx { pub use {phalanx_scene::*, phalanx_trace::*, phalanx_trace::bvh::*}; }
+    /// use phalanx::{Bvh, Ray, RayBuffer, Scene};
+    /// use std::sync::atomic::{AtomicUsize, Ordering};
+    ///
+    /// let mut scene = Scene::new();
+    /// scene.add_spheres(&[[0.0; 3]], &[1.0])?;
+    /// let rays: RayBuffer =
+    ///     (0..1000).map(|x| Ray::new([x as f32 * 0.01, 0.0, -3.0], [0.0, 0.0, 1.0])).collect();
+    /// let met = AtomicUsize::new(0);
+    /// Bvh::build(&scene).intersect_batch_each(&rays.columns(), 0, |_, hit| {
+    ///     met.fetch_add(usize::from(hit.is_some()), Ordering::Relaxed);
+    /// })?;
+    /// assert_eq!(met.into_inner(), 100);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn intersect_batch_each<'r>(
+        &self,
+        rays: impl Into<RayBatch<'r>>,
+        threads: usize,
+        put: impl Fn(usize, Option<Hit>) + Sync,
+    ) -> Result<(), BatchError> {
+        let rays = rays.into();
+        rays.check()?;
+        if are_few(&rays, rays.tmax().common() == Some(f32::INFINITY)) {
+            let mut kernel = OneRay::new(self);
+            each_ray(&rays, |k, ray| put(k, self.closest_by(&mut kernel, ray)));
+            return Ok(());
+        }
+        let order = scan_order(&rays);
+        let firsts = (0..rays.len()).step_by(chunk_of(&order));
+        let work =
+            |worker: &mut Worker, rays: &RayColumns, first: &mut usize, places: RowNumbers| {
+                worker.closest_each(rays, |k, hit| {
+                    put(*first + places.map_or(k, |places| places[k] as usize), hit);
+                });
+            };
+        run(self, (rays, &order), threads, firsts, work);
         Ok(())
     }
 

@@ -75,8 +75,11 @@ impl Default for RayFilter<'_> {
     }
 }
 
-/// Filters of a batch's rays, each a [`RayFilter`] without a closure. The default accepts all.
-#[derive(Clone, Copy, Debug)]
+/// Test of a ray, by its number, and a hit of it: whether that counts.
+pub type AcceptHit<'a> = dyn Fn(usize, &Hit) -> bool + Sync + 'a;
+
+/// Filters of a batch's rays, each a [`RayFilter`]. The default accepts all.
+#[derive(Clone, Copy)]
 pub struct BatchFilter<'a> {
     /// As [`RayFilter::tnear`].
     pub tnear: PerRay<'a, f32>,
@@ -84,6 +87,9 @@ pub struct BatchFilter<'a> {
     pub mask: PerRay<'a, u32>,
     /// As [`RayFilter::ignore`].
     pub ignore: PerRay<'a, u32>,
+    /// As [`RayFilter::accept`], with the number of the ray, on several threads at once; `None`
+    /// accepts all.
+    pub accept: Option<&'a AcceptHit<'a>>,
 }
 
 impl Default for BatchFilter<'_> {
@@ -93,6 +99,7 @@ impl Default for BatchFilter<'_> {
             tnear: PerRay::All(any.tnear),
             mask: PerRay::All(any.mask),
             ignore: PerRay::All(any.ignore),
+            accept: None,
         }
     }
 }
@@ -104,6 +111,7 @@ impl BatchFilter<'_> {
         self.ignore.check("ignore", rays)
     }
 
+    /// Filter of a ray, without the closure.
     fn get(&self, k: usize) -> RayFilter<'static> {
         RayFilter {
             tnear: self.tnear.get(k),
@@ -212,6 +220,25 @@ impl Bvh {
         })
     }
 
+    /// As [`Bvh::intersect_batch_each`], for the closest hits that a filter accepts.
+    ///
+    /// # Errors
+    /// [`BatchError`] if columns differ in length; `put` is not called then.
+    pub fn intersect_batch_filtered_each<'r>(
+        &self,
+        rays: impl Into<RayBatch<'r>>,
+        filter: &BatchFilter,
+        threads: usize,
+        put: impl Fn(usize, Option<Hit>) + Sync,
+    ) -> Result<(), BatchError> {
+        let rays = rays.into();
+        rays.check()?;
+        let firsts = (0..rays.len()).step_by(CHUNK);
+        self.each(&rays, filter, threads, (firsts, false), |first, k, hit| {
+            put(*first + k, hit)
+        })
+    }
+
     /// As [`Bvh::occluded_batch`], for the hits that a filter accepts.
     ///
     /// # Errors
@@ -250,9 +277,9 @@ impl Bvh {
         let is_flat = prims.spheres.is_empty() && prims.ellipsoids.is_empty();
         // Masks and numbers refuse both sides of a primitive.
         let from_start = filter.tnear.common().is_some_and(|tnear| tnear <= 0.0);
-        if from_start || is_flat && prims.cones.is_empty() {
+        if from_start && filter.accept.is_none() || is_flat && prims.cones.is_empty() {
             let mut lists = self.all_hits_batch(rays, threads)?;
-            lists.retain(|ray, hit| self.accepts(hit, &filter.get(ray)));
+            lists.retain(|ray, hit| self.accepts_of(filter, ray, hit));
             return Ok(lists);
         }
         let count = rays.len();
@@ -263,7 +290,12 @@ impl Bvh {
         share(jobs, threads, |next| {
             while let Some((first, part)) = next() {
                 for k in first..(first + CHUNK).min(count) {
-                    part.push(self.all_hits_filtered(&rays.ray(k), &filter.get(k)));
+                    let accept = |hit: &Hit| self.accepts_of(filter, k, hit);
+                    let accept = RayFilter {
+                        accept: &accept,
+                        ..RayFilter::default()
+                    };
+                    part.push(self.all_hits_filtered(&rays.ray(k), &accept));
                 }
             }
         });
@@ -296,7 +328,7 @@ impl Bvh {
                 packets.fill(&part, false);
                 let accept = |k: usize, weights, prim_id| {
                     let hit = self.hit_of(weights, prim_id);
-                    hit.t < tmax.get(k) && self.accepts(&hit, &filters.get(first + k))
+                    hit.t < tmax.get(k) && self.accepts_of(filters, first + k, &hit)
                 };
                 let filter = HitFilter {
                     accept: &accept,
@@ -322,6 +354,11 @@ impl Bvh {
             && hit.prim_id != filter.ignore
             && self.geometries().mask(hit.geom_id) & filter.mask != 0
             && (filter.accept)(hit)
+    }
+
+    /// Returns true if the filter of a batch's ray accepts a hit.
+    fn accepts_of(&self, filters: &BatchFilter, ray: usize, hit: &Hit) -> bool {
+        self.accepts(hit, &filters.get(ray)) && filters.accept.is_none_or(|accept| accept(ray, hit))
     }
 
     fn filtered(&self, ray: &Ray, filter: &RayFilter, any: bool) -> Option<Hit> {

@@ -28,7 +28,7 @@ mod rows;
 mod scan_order;
 mod worker;
 
-pub use filter::{BatchFilter, RayFilter};
+pub use filter::{AcceptHit, BatchFilter, RayFilter};
 pub use hit_lists::HitLists;
 pub use refine::{RefinedHit, refine};
 pub use rows::{RayBatch, RayRows};
@@ -244,8 +244,6 @@ impl Bvh {
     /// The `prim_id` of a geometry's first primitive: `hit.prim_id` minus this is the row of the
     /// triangle or sphere in the slices that it was added from. `None` for geometries without
     /// primitives, for [`NO_GEOM`], and in trees from a cache.
-    ///
-    /// Each call searches the list of geometries; for many hits, keep the answers.
     ///
     /// ```
     /// # mod phalanx { pub use {phalanx_scene::*, phalanx_trace::*, phalanx_trace::bvh::*}; }

@@ -145,9 +145,12 @@ impl<'a> RayBatch<'a> {
         }
     }
 
-    /// A ray.
+    /// A ray, by its number.
+    ///
+    /// # Panics
+    /// If there are fewer.
     #[inline(always)]
-    pub(super) fn ray(&self, k: usize) -> Ray {
+    pub fn ray(&self, k: usize) -> Ray {
         let (origin, direction) = match self {
             RayBatch::InColumns(columns) => (
                 columns.origin.map(|column| column[k]),

@@ -2,9 +2,9 @@
 //! back.
 
 use super::rows::run_of_four;
-use super::{HitColumns, RayColumns, TMax};
+use super::{Hit, HitColumns, RayColumns, TMax};
 use crate::bvh::{Bvh, GeometryStarts};
-use crate::packet::{HitPacket, QueueColumns, QueueStorage, RayQueue, packets_for};
+use crate::packet::{HitPacket, NO_PRIM, QueueColumns, QueueStorage, RayQueue, packets_for};
 use crate::simd::{F32x8, LANES, LaneMask, LaneU32, Lanes, Mask8, Vec3x8};
 use crate::traverse::every_hit::FoundHit;
 use crate::traverse::queue_kernel::TMaxOf;
@@ -78,6 +78,32 @@ impl<'a> Worker<'a> {
             rows.put(hits.v, hit.v.to_array());
             rows.put(hits.prim_id, hit.prim_id.to_array());
             rows.put(hits.geom_id, geom_id.to_array());
+        }
+    }
+
+    /// Passes on each ray's number and its closest hit.
+    pub(super) fn closest_each(
+        &mut self,
+        rays: &RayColumns,
+        mut put: impl FnMut(usize, Option<Hit>),
+    ) {
+        self.find_closest(rays);
+        let mut run = self.geometries.run_of(0);
+        for (k, (packet, &able)) in self.hits.iter().zip(&self.packets.able).enumerate() {
+            let hit = if_able(packet, able);
+            let geom_id = self.geometries.find_eight(hit.prim_id, &mut run).to_array();
+            let (t, prim_id) = (hit.t.to_array(), hit.prim_id.to_array());
+            let (u, v) = (hit.u.to_array(), hit.v.to_array());
+            for lane in 0..LANES.min(rays.len() - k * LANES) {
+                let hit = Hit {
+                    t: t[lane],
+                    u: u[lane],
+                    v: v[lane],
+                    prim_id: prim_id[lane],
+                    geom_id: geom_id[lane],
+                };
+                put(k * LANES + lane, (hit.prim_id != NO_PRIM).then_some(hit));
+            }
         }
     }
 

@@ -1,0 +1,94 @@
+/* A million rays in structures of one's own, read and written in place: as examples/million_rays.rs, whose hits it counts. */
+
+#include <phalanx.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+enum { RINGS = 400, SIDE = 1024 };
+
+/* What a renderer or a simulation might keep of a ray. */
+struct particle {
+    float origin[3], distance, direction[3], energy, normal[3];
+    uint32_t triangle;
+};
+
+static void check(phx_status status) {
+    if (status != PHX_OK) {
+        fprintf(stderr, "%s\n", phx_error_message());
+        exit(1);
+    }
+}
+
+/* A wavy sphere. */
+static void add_sphere(phx_scene *scene) {
+    const size_t vertex_count = (size_t)(RINGS + 1) * RINGS, triangle_count = 2 * (size_t)RINGS * RINGS;
+    float(*vertices)[3] = malloc(vertex_count * sizeof *vertices);
+    uint32_t(*triangles)[3] = malloc(triangle_count * sizeof *triangles);
+    const float pi = 3.14159265f;
+    for (uint32_t i = 0; i < vertex_count; ++i) {
+        const float down = (float)(i / RINGS) / RINGS * pi, turn = (float)(i % RINGS) / RINGS * 2 * pi;
+        const float radius = 1 + 0.05f * sinf(9 * turn) * sinf(12 * cosf(down));
+        vertices[i][0] = radius * sinf(down) * cosf(turn);
+        vertices[i][1] = radius * cosf(down);
+        vertices[i][2] = radius * sinf(down) * sinf(turn);
+    }
+    for (uint32_t row = 0, k = 0; row < RINGS; ++row) {
+        for (uint32_t column = 0; column < RINGS; ++column, k += 2) {
+            const uint32_t a = row * RINGS + column, b = row * RINGS + (column + 1) % RINGS;
+            const uint32_t two[2][3] = {{a, b, a + RINGS}, {b, b + RINGS, a + RINGS}};
+            for (int corner = 0; corner < 3; ++corner) {
+                triangles[k][corner] = two[0][corner];
+                triangles[k + 1][corner] = two[1][corner];
+            }
+        }
+    }
+    const phx_mesh mesh = PHX_MESH(vertices, vertex_count, triangles, triangle_count);
+    check(phx_scene_add_mesh(scene, &mesh, NULL));
+    free(vertices);
+    free(triangles);
+}
+
+int main(void) {
+    phx_scene *scene;
+    phx_tree *tree;
+    check(phx_scene_create(&scene));
+    add_sphere(scene);
+    check(phx_tree_build(scene, NULL, &tree));
+
+    /* Neighbours in the array go about the same way: a picture in scan order is recognised. */
+    const size_t count = (size_t)SIDE * SIDE;
+    struct particle *particles = calloc(count, sizeof *particles);
+    for (size_t k = 0; k < count; ++k) {
+        struct particle *p = &particles[k];
+        p->origin[2] = 3;
+        p->direction[0] = ((float)(k % SIDE) + 0.5f) / SIDE - 0.5f;
+        p->direction[1] = 0.5f - ((float)(k / SIDE) + 0.5f) / SIDE;
+        p->direction[2] = -1;
+    }
+    const size_t stride = sizeof *particles;
+    const phx_rays rays = {
+        .size = sizeof rays,
+        .count = count,
+        .origin = {particles->origin, stride},
+        .direction = {particles->direction, stride},
+    };
+    const phx_hits hits = {
+        .size = sizeof hits,
+        .t = {&particles->distance, stride, PHX_MISS_MINUS_ONE, 0},
+        .prim_id = {&particles->triangle, stride, PHX_MISS_DEFAULT, 0},
+        .normal = {particles->normal, stride, PHX_MISS_UNCHANGED, 0},
+        .scene = scene,
+    };
+    check(phx_intersect_batch(tree, &rays, NULL, &hits));
+
+    size_t met = 0;
+    double sum = 0;
+    for (size_t k = 0; k < count; ++k) {
+        met += particles[k].triangle != PHX_NONE;
+        sum += particles[k].distance > 0 ? particles[k].distance : 0;
+    }
+    printf("%zu of %zu rays hit, at a mean distance of %.4f\n", met, count, sum / (double)met);
+    free(particles);
+    check(phx_tree_destroy(tree));
+    check(phx_scene_destroy(scene));
+}

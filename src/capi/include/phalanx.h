@@ -1,0 +1,391 @@
+/**
+ * @file phalanx.h
+ * @brief Casts rays at triangles and spheres: the closest hit, any hit, all hits, for one ray or for millions.
+ *
+ * What a call gets is copied before it returns; the library keeps no pointer of the caller's. Positions are in the scene's units,
+ * which are the caller's own, distances in units of a ray's direction, angles do not occur. Answers are the same bits on every CPU,
+ * for any number of threads, and for batches as for single calls.
+ *
+ * @code
+ * #include <phalanx.h>
+ * #include <stdio.h>
+ *
+ * int main(void) {
+ *     const float corners[3][3] = {{0, 0, 0}, {4, 0, 0}, {0, 4, 0}};
+ *     const uint32_t triangles[1][3] = {{0, 1, 2}};
+ *     const phx_mesh wall = PHX_MESH(corners, 3, triangles, 1);
+ *     phx_scene *scene;
+ *     phx_tree *tree;
+ *     phx_hit hit;
+ *     if (phx_scene_create(&scene) || phx_scene_add_mesh(scene, &wall, NULL) || phx_tree_build(scene, NULL, &tree)) {
+ *         puts(phx_error_message());
+ *         return 1;
+ *     }
+ *     const phx_ray ray = {{1, 2, 5}, INFINITY, {0, 0, -1}};
+ *     phx_intersect(tree, &ray, NULL, &hit);
+ *     printf("t %g, u %g, v %g, triangle %u\n", hit.t, hit.u, hit.v, (unsigned)hit.prim_id);
+ *     phx_tree_destroy(tree);
+ *     phx_scene_destroy(scene);
+ * }
+ * @endcode
+ *
+ * Errors. Every function returns a status, and one that is not PHX_OK has written nothing; phx_error_message() says why. Null, NaN
+ * in geometry, misaligned pointers, numbers out of range, sizes that overflow and objects that have been destroyed are errors. Rays
+ * that cannot hit anything (NaN, a zero direction, a tmax of 0 or less) are none: they miss.
+ *
+ * Threads. Any number of threads may query a tree at once; queries take no locks. A scene may be edited by one thread while its
+ * trees are queried by others, and edits and builds from several threads wait for each other. Forbidden are phx_tree_update and
+ * phx_tree_destroy while another thread queries that tree (they refuse where a batch runs): update a clone, and exchange the two.
+ *
+ * Callbacks may cast rays. They must not throw, longjmp, or change the tree that is queried.
+ *
+ * Structures that begin with `size` grow with later versions: set it to sizeof, as PHX_INIT does, and zero what is not named.
+ */
+#ifndef PHALANX_H
+#define PHALANX_H
+
+#include <math.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** Version of this header: 10000 · major + 100 · minor + patch. */
+#define PHX_VERSION 100
+
+/** A primitive, geometry or instance that is none. */
+#define PHX_NONE UINT32_MAX
+
+/** What a function returns. */
+typedef enum phx_status {
+    PHX_OK = 0,
+    /** A pointer is null or misaligned, a number is out of range, or sizes do not fit. */
+    PHX_ERROR_ARGUMENT = 1,
+    /** A scene or tree that does not exist, or no longer. */
+    PHX_ERROR_HANDLE = 2,
+    /** Geometry that cannot be added or moved: not finite, an index without a vertex, a map without an inverse. */
+    PHX_ERROR_GEOMETRY = 3,
+    /** The tree is queried or updated by another thread. */
+    PHX_ERROR_BUSY = 4,
+    /** A file that cannot be read. */
+    PHX_ERROR_FILE = 5,
+    /** Header and library are of versions that do not fit, or the library is built for another CPU than this one. */
+    PHX_ERROR_VERSION = 6,
+    /** A fault in the library. Its objects may be used on. */
+    PHX_ERROR_INTERNAL = 7
+} phx_status;
+
+/** Why the last call of this thread that failed did so: one line of UTF-8, valid until the next one fails. Empty before that. */
+const char *phx_error_message(void);
+
+/** Version of the library, as PHX_VERSION is that of the header. */
+uint32_t phx_version(void);
+
+/** The instruction set that the library was built for, such as "x86-64-v3" or "aarch64". */
+const char *phx_instruction_set(void);
+
+/**
+ * Rows in memory: the first at `data`, each next one `stride` bytes further on. For inputs, a stride of 0 repeats the first row for
+ * all. Addresses and strides are multiples of 4, but for columns of bytes. What rows hold is said where they are used.
+ */
+typedef struct phx_rows {
+    const void *data;
+    size_t stride;
+} phx_rows;
+
+/** Rows of `array`, an array of arrays or of structures: one after another. */
+#define PHX_ROWS(array) {(array), sizeof *(array)}
+
+/* ---------------------------------------------------------------------------------------------------------------- scenes */
+
+/** Meshes, spheres, prototypes and their instances. */
+typedef struct phx_scene phx_scene;
+
+/** Use phx_scene_create(), which says the version of this header. */
+phx_status phx_scene_create_for(uint32_t version, phx_scene **scene);
+
+/** Creates an empty scene, to be destroyed by the caller. At most 65 535 scenes exist at a time, and as many trees. */
+static inline phx_status phx_scene_create(phx_scene **scene) {
+    return phx_scene_create_for(PHX_VERSION, scene);
+}
+
+/** Destroys a scene. Its trees stay as they are. Null is none, and not an error. */
+phx_status phx_scene_destroy(phx_scene *scene);
+
+/** Triangles: three numbers (float) a vertex, three rows of `vertices` (uint32_t) a triangle, counter-clockwise seen from outside. */
+typedef struct phx_mesh {
+    size_t size;
+    phx_rows vertices;
+    size_t vertex_count;
+    phx_rows triangles;
+    size_t triangle_count;
+} phx_mesh;
+
+/** A mesh of arrays of float[3] and of uint32_t[3]. */
+#define PHX_MESH(vertices, vertex_count, triangles, triangle_count)                                                               \
+    {sizeof(phx_mesh), PHX_ROWS(vertices), (vertex_count), PHX_ROWS(triangles), (triangle_count)}
+
+/**
+ * Adds a mesh, which is copied: one pass over vertices and triangles, 24 bytes a triangle and 12 a vertex. Rays hit both sides.
+ * @param[out] geom_id number of the geometry, from 0 in the order of adding; may be null
+ */
+phx_status phx_scene_add_mesh(phx_scene *scene, const phx_mesh *mesh, uint32_t *geom_id);
+
+/** Adds spheres: three numbers (float) a centre, one (float, positive) a radius. A ray that starts within one hits its far side. */
+phx_status phx_scene_add_spheres(phx_scene *scene, phx_rows centers, phx_rows radii, size_t count, uint32_t *geom_id);
+
+/** Adds a mesh that is seen through its instances alone, and stored once however many there are. At least one triangle. */
+phx_status phx_scene_add_prototype(phx_scene *scene, const phx_mesh *mesh, uint32_t *prototype);
+
+/**
+ * Places a prototype in the world; the instance is a geometry of its own.
+ * @param to_world three rows of four numbers: x′ = m[0]·x + m[1]·y + m[2]·z + m[3], and so on; invertible in single precision
+ */
+phx_status phx_scene_add_instance(phx_scene *scene, uint32_t prototype, const double to_world[12], uint32_t *geom_id);
+
+/** Moves the vertices of a mesh: as many as it has. Trees follow by phx_tree_update(). */
+phx_status phx_scene_set_vertices(phx_scene *scene, uint32_t geom_id, phx_rows vertices, size_t count);
+
+/** Moves the vertices of a prototype. */
+phx_status phx_scene_set_prototype_vertices(phx_scene *scene, uint32_t prototype, phx_rows vertices, size_t count);
+
+/** Moves an instance. */
+phx_status phx_scene_set_transform(phx_scene *scene, uint32_t geom_id, const double to_world[12]);
+
+/** Sets the bits that a ray's mask must share to hit a geometry: all at first; 0 hides it, and takes it out of trees. */
+phx_status phx_scene_set_mask(phx_scene *scene, uint32_t geom_id, uint32_t mask);
+
+/** Names a geometry, in UTF-8 that is copied. */
+phx_status phx_scene_set_name(phx_scene *scene, uint32_t geom_id, const char *name);
+
+/**
+ * The name of the object that a primitive belongs to: of what phx_scene_set_name() or a file has named.
+ * @param[out] name up to `capacity` bytes, the last of them 0; what does not fit is cut off. May be null if `capacity` is 0
+ * @param[out] length bytes of the whole name, without that 0; 0 if it has none. May be null
+ */
+phx_status phx_scene_get_name(const phx_scene *scene, uint32_t prim_id, char *name, size_t capacity, size_t *length);
+
+/** The box around all that is visible; the lower corner is beyond the upper one in an empty scene. */
+phx_status phx_scene_get_bounds(const phx_scene *scene, float lower[3], float upper[3]);
+
+/* ----------------------------------------------------------------------------------------------------------------- trees */
+
+/** A bounding volume hierarchy over the state that a scene had. It holds what it needs of it. */
+typedef struct phx_tree phx_tree;
+
+/** Build time against speed of rays. No hit depends on it. */
+typedef enum phx_quality {
+    /** Seven tenths of the build time of medium. */
+    PHX_QUALITY_FAST = 0,
+    PHX_QUALITY_MEDIUM = 1,
+    /** Six to seven times the build time of medium. */
+    PHX_QUALITY_BEST = 2
+} phx_quality;
+
+/** Settings of a build. */
+typedef struct phx_build_settings {
+    size_t size;
+    /** A phx_quality. */
+    int32_t quality;
+    /** 0: one per CPU. */
+    uint32_t threads;
+} phx_build_settings;
+
+/** Settings of an update: none yet. */
+typedef struct phx_update_settings {
+    size_t size;
+} phx_update_settings;
+
+/** What an update did: nothing is said yet. */
+typedef struct phx_update_result {
+    size_t size;
+} phx_update_result;
+
+/**
+ * Builds a tree, to be destroyed by the caller. A million triangles take about 0.06 s on two cores.
+ * @param settings may be null: medium quality, a thread per CPU
+ */
+phx_status phx_tree_build(const phx_scene *scene, const phx_build_settings *settings, phx_tree **tree);
+
+/**
+ * Lets a tree follow its scene after edits; answers are those of a fresh build. Moved vertices are refitted, and a mesh that has
+ * become too slow by that is built anew.
+ * @param settings may be null
+ * @param[out] result may be null
+ */
+phx_status phx_tree_update(phx_tree *tree, const phx_scene *scene, const phx_update_settings *settings, phx_update_result *result);
+
+/** Copies a tree: to be updated while the other is queried. */
+phx_status phx_tree_clone(const phx_tree *tree, phx_tree **copy);
+
+/** Destroys a tree. Null is none, and not an error. */
+phx_status phx_tree_destroy(phx_tree *tree);
+
+/** The prim_id of a geometry's first primitive: hit.prim_id less this is the row of the triangle or sphere in its geometry. */
+phx_status phx_tree_get_first_prim(const phx_tree *tree, uint32_t geom_id, uint32_t *prim_id);
+
+/* --------------------------------------------------------------------------------------------------------------- one ray */
+
+/** A ray: hits at origin + t · direction count if 0 < t < tmax. */
+typedef struct phx_ray {
+    float origin[3];
+    /** INFINITY for no end; 1 where `direction` leads to a light. */
+    float tmax;
+    /** Of any length from 1e-12 to 1e12. */
+    float direction[3];
+} phx_ray;
+
+/** A hit. On a triangle, the point is (1 − u − v) · a + u · b + v · c. */
+typedef struct phx_hit {
+    /** Distance in units of the direction; INFINITY on a miss. */
+    float t;
+    /** Weights of a triangle's second and third vertex; 0 on a sphere. */
+    float u, v;
+    /** Primitive, counted over the whole scene; PHX_NONE on a miss. Among hits at one distance, the smallest counts. */
+    uint32_t prim_id;
+    /** Geometry, an instance being one; PHX_NONE on a miss, and for what a file has added. */
+    uint32_t geom_id;
+} phx_hit;
+
+/** Whether a hit counts: not 0 if it does. To be decided by the hit alone; a sphere may be offered twice. `ray` is 0 for one ray. */
+typedef int (*phx_accept)(void *user, size_t ray, const phx_hit *hit);
+
+/** Which hits count, beside a ray's tmax. PHX_FILTER accepts all. */
+typedef struct phx_filter {
+    size_t size;
+    /** Hits count beyond this. */
+    float tnear;
+    /** Hits count on geometries whose mask shares a bit with this. */
+    uint32_t mask;
+    /** A prim_id that does not count, such as that of the triangle that a ray leaves; PHX_NONE for none. */
+    uint32_t ignore;
+    uint32_t reserved;
+    /** May be null. Called on the thread that traces. */
+    phx_accept accept;
+    void *user;
+} phx_filter;
+
+#define PHX_FILTER {sizeof(phx_filter), 0.0f, UINT32_MAX, PHX_NONE, 0, NULL, NULL}
+
+/** The closest hit of a ray. @param filter may be null, and then costs nothing */
+phx_status phx_intersect(const phx_tree *tree, const phx_ray *ray, const phx_filter *filter, phx_hit *hit);
+
+/** Whether a ray hits anything: 1 or 0. @param filter may be null */
+phx_status phx_occluded(const phx_tree *tree, const phx_ray *ray, const phx_filter *filter, int *blocked);
+
+/**
+ * All hits of a ray, nearest first.
+ * @param filter may be null
+ * @param[out] hits the nearest `capacity` of them; may be null if `capacity` is 0
+ * @param[out] count how many there are in all
+ */
+phx_status phx_all_hits(const phx_tree *tree, const phx_ray *ray, const phx_filter *filter, phx_hit *hits, size_t capacity, size_t *count);
+
+/** A hit in double precision. */
+typedef struct phx_refined_hit {
+    double t;
+    double point[3];
+    /** Outward, of length 1; zero where a surface has none. */
+    double normal[3];
+} phx_refined_hit;
+
+/** Computes a hit again in double precision, from a ray and the primitive that it hits; about 50 ns. The scene is as at the hit. */
+phx_status phx_refine(const phx_scene *scene, const double origin[3], const double direction[3], const phx_hit *hit, phx_refined_hit *refined);
+
+/* -------------------------------------------------------------------------------------------------------------- many rays */
+
+/** Rays of a batch. Neighbours should go about the same way, for speed alone. */
+typedef struct phx_rays {
+    size_t size;
+    size_t count;
+    /** Three numbers (float) a ray. */
+    phx_rows origin;
+    phx_rows direction;
+    /** One number (float) a ray; null for no ends. */
+    phx_rows tmax;
+} phx_rays;
+
+/** Which hits of a batch count, and how many threads look for them. All zero but `size`: all, with a thread per CPU. */
+typedef struct phx_batch {
+    size_t size;
+    /** One number a ray (float; uint32_t; uint32_t) as in phx_filter; null for none. */
+    phx_rows tnear, mask, ignore;
+    /** May be null. Called by several threads at once, with the number of the ray. */
+    phx_accept accept;
+    void *user;
+    /** 0: one per CPU. Batches of up to 2048 rays stay on the caller's. */
+    uint32_t threads;
+    uint32_t reserved;
+} phx_batch;
+
+/** What is written for a ray that misses. */
+typedef enum phx_miss {
+    /** As in phx_hit; a normal of zero. */
+    PHX_MISS_DEFAULT = 0,
+    /** Nothing: what was there stays. */
+    PHX_MISS_UNCHANGED = 1,
+    /** -1; all bits of a number of an object. */
+    PHX_MISS_MINUS_ONE = 2
+} phx_miss;
+
+/** An output: rows as in phx_rows, or null if it is not wanted. The stride is at least the size of a row. */
+typedef struct phx_column {
+    void *data;
+    size_t stride;
+    /** A phx_miss. */
+    int32_t miss;
+    uint32_t reserved;
+} phx_column;
+
+/**
+ * Where hits of a batch go: fields of the caller's own structures, or arrays. Columns may lie among the rays' own rows, of the same
+ * ray: those of such a batch are copied first (28 bytes a ray).
+ */
+typedef struct phx_hits {
+    size_t size;
+    /** As in phx_hit: one float a ray, or one uint32_t. */
+    phx_column t, u, v, prim_id, geom_id;
+    /** The primitive, counted from the first one of its geometry (uint32_t). */
+    phx_column local_prim_id;
+    /** The instance (uint32_t): geom_id if that is one, else as for a miss. */
+    phx_column inst_id;
+    /** Three floats a ray: (b − a) × (c − a) of a triangle, in the world; of a sphere, outward and of length 1. */
+    phx_column normal;
+    /** For `inst_id` and `normal`: the scene, in the state that the tree was built or updated for. It waits for edits. */
+    const phx_scene *scene;
+} phx_hits;
+
+/** The closest hit of every ray. @param batch may be null */
+phx_status phx_intersect_batch(const phx_tree *tree, const phx_rays *rays, const phx_batch *batch, const phx_hits *hits);
+
+/** Whether each ray hits anything: a byte, 1 or 0. @param batch may be null */
+phx_status phx_occluded_batch(const phx_tree *tree, const phx_rays *rays, const phx_batch *batch, phx_column blocked);
+
+/** How many primitives each ray hits (uint32_t). @param batch may be null */
+phx_status phx_count_batch(const phx_tree *tree, const phx_rays *rays, const phx_batch *batch, phx_column counts);
+
+/** All hits of rays: those of ray i, nearest first, are `hits` from starts[i] to starts[i + 1] - 1. */
+typedef struct phx_hit_lists {
+    size_t size;
+    size_t ray_count;
+    size_t hit_count;
+    const size_t *starts;
+    const phx_hit *hits;
+    void *memory;
+} phx_hit_lists;
+
+#define PHX_HIT_LISTS {sizeof(phx_hit_lists), 0, 0, NULL, NULL, NULL}
+
+/** All hits of every ray, in memory of the library's: to be freed by phx_hit_lists_free(). @param batch may be null */
+phx_status phx_all_hits_batch(const phx_tree *tree, const phx_rays *rays, const phx_batch *batch, phx_hit_lists *lists);
+
+/** Frees lists and makes them empty. */
+phx_status phx_hit_lists_free(phx_hit_lists *lists);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

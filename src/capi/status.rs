@@ -1,0 +1,70 @@
+//! Statuses, and the words of the last error of each thread.
+
+use phalanx::GeometryError;
+use std::any::Any;
+use std::cell::RefCell;
+use std::ffi::{CString, c_char};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+/// `phx_status`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PhxStatus {
+    Ok,
+    Argument,
+    Handle,
+    Geometry,
+    Busy,
+    File,
+    Version,
+    Internal,
+}
+
+/// Why a call is refused.
+#[derive(Clone, Debug)]
+pub struct ApiError(pub PhxStatus, pub String);
+
+impl ApiError {
+    pub fn argument(words: impl Into<String>) -> ApiError {
+        ApiError(PhxStatus::Argument, words.into())
+    }
+}
+
+impl From<GeometryError> for ApiError {
+    fn from(error: GeometryError) -> ApiError {
+        ApiError(PhxStatus::Geometry, error.to_string())
+    }
+}
+
+thread_local! {
+    static LAST: RefCell<CString> = RefCell::default();
+}
+
+/// Runs a call. A refusal or a panic becomes a status, and its words are kept for this thread.
+#[inline(always)]
+pub fn guarded(call: impl FnOnce() -> Result<(), ApiError>) -> PhxStatus {
+    match catch_unwind(AssertUnwindSafe(call)) {
+        Ok(Ok(())) => PhxStatus::Ok,
+        Ok(Err(refusal)) => keep(refusal),
+        Err(panic) => keep(fault(&*panic)),
+    }
+}
+
+#[cold]
+fn keep(ApiError(status, words): ApiError) -> PhxStatus {
+    let words = CString::new(words.replace('\0', " ")).unwrap_or_default();
+    LAST.with(|last| last.replace(words));
+    status
+}
+
+fn fault(panic: &(dyn Any + Send)) -> ApiError {
+    let words = panic.downcast_ref::<String>().map(String::as_str);
+    let words = words.or(panic.downcast_ref::<&str>().copied());
+    let words = format!("a fault in the library: {}", words.unwrap_or("of no words"));
+    ApiError(PhxStatus::Internal, words)
+}
+
+#[unsafe(no_mangle)]
+pub extern "C" fn phx_error_message() -> *const c_char {
+    LAST.with(|last| last.borrow().as_ptr())
+}
