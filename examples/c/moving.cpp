@@ -40,7 +40,7 @@ int main() {
         size_t met = 0;
         std::thread query([&] {
             for (int k = 0; k < 4000; ++k) {
-                const phx_ray ray = {{k % 200 * 0.2f, k / 200 * 1.25f, 9}, INFINITY, {0, 0, -1}};
+                const phx_ray ray = {{k % 200 * 0.2f, k / 200 * 1.25f, 9}, {0, 0, -1}, INFINITY};
                 phx_hit hit;
                 check(phx_intersect(shown, &ray, nullptr, &hit));
                 met += hit.prim_id != PHX_NONE;

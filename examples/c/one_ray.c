@@ -27,7 +27,7 @@ int main(void) {
     check(phx_scene_add_spheres(scene, center_rows, radius_rows, 1, &ball));
     check(phx_tree_build(scene, NULL, &tree));
 
-    const phx_ray ray = {{0, 4, 6}, INFINITY, {0.1f, -0.7f, -1}};
+    const phx_ray ray = {{0, 4, 6}, {0.1f, -0.7f, -1}, INFINITY};
     phx_hit hit;
     check(phx_intersect(tree, &ray, NULL, &hit));
     if (hit.prim_id == PHX_NONE) {
@@ -46,7 +46,7 @@ int main(void) {
     /* Slightly above the floor, so that the ray does not hit the floor it starts on. */
     const float light[3] = {3, 8, 0};
     const float above = point[1] + 1e-3f;
-    const phx_ray shadow = {{point[0], above, point[2]}, 1, {light[0] - point[0], light[1] - above, light[2] - point[2]}};
+    const phx_ray shadow = {{point[0], above, point[2]}, {light[0] - point[0], light[1] - above, light[2] - point[2]}, 1};
     int hidden;
     check(phx_occluded(tree, &shadow, NULL, &hidden));
     printf("the light at [%.1f, %.1f, %.1f] is %s\n", light[0], light[1], light[2], hidden ? "hidden" : "visible");

@@ -1,8 +1,7 @@
 //! Scenes out of files.
 
-use crate::rows::OutPointer;
 use crate::scene::{SCENES, check_build, text};
-use crate::status::{ApiError, PhxStatus, guarded};
+use crate::status::{ApiError, PhxStatus, answer};
 use crate::table::Opaque;
 use phalanx::formats::Options;
 use phalanx::open::open;
@@ -17,18 +16,15 @@ pub unsafe extern "C" fn phx_scene_open_for(
     name: *const c_char,
     scene: *mut *mut Opaque,
 ) -> PhxStatus {
-    guarded(|| {
-        let place = OutPointer::of("scene", scene)?;
-        check_build(version)?;
-        // SAFETY: the caller's.
-        let name = unsafe { text("name", name) }?;
-        let opened = open(Path::new(name), &Options::default());
-        let opened = opened.map_err(|error| ApiError(PhxStatus::File, words(&error)))?;
-        let scene = SCENES.insert(RwLock::new(opened.scene))?;
-        // SAFETY: the caller's.
-        unsafe { place.write(scene) };
-        Ok(())
-    })
+    // SAFETY: the caller's.
+    unsafe {
+        answer("scene", scene, || {
+            check_build(version)?;
+            let opened = open(Path::new(text("name", name)?), &Options::default());
+            let opened = opened.map_err(|error| ApiError(PhxStatus::File, words(&error)))?;
+            SCENES.insert(RwLock::new(opened.scene))
+        })
+    }
 }
 
 /// An error and its causes, in one line.

@@ -5,16 +5,19 @@
 //! |---|---|
 //! | `status` | refusals and panics become statuses, and words of the thread |
 //! | `table` | handles of objects |
-//! | `rows` | the caller's memory, checked |
+//! | `rows`, `columns` | the caller's memory that is read, and that is written; checked |
 //! | `scene`, `tree` | scenes and trees |
-//! | `ray`, `batch` | one ray a call, and many |
+//! | `ray` | one ray a call |
+//! | `batch`, `hits` | many, and what of their hits is written |
 //! | `files` | scenes out of files |
 #![allow(unsafe_code, reason = "C's pointers")]
 #![allow(missing_docs, clippy::missing_safety_doc, reason = "the header has it")]
 
 pub mod batch;
+pub mod columns;
 #[cfg(feature = "render")]
 pub mod files;
+pub mod hits;
 pub mod ray;
 pub mod rows;
 pub mod scene;

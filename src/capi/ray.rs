@@ -1,32 +1,13 @@
 //! One ray a call.
 
-use crate::rows::{OutPointer, SizedStruct, read, structure};
+use crate::rows::{check_reserved, read, structure};
 use crate::scene::reading;
-use crate::status::{ApiError, PhxStatus, guarded};
+use crate::status::{ApiError, PhxStatus, answer};
 use crate::table::Opaque;
 use crate::tree::TREES;
 use phalanx::{Bvh, NO_GEOM, NO_PRIM, RayFilter, refine};
+pub use phalanx::{Hit as PhxHit, Ray as PhxRay, RefinedHit as PhxRefinedHit};
 use std::ffi::{c_int, c_void};
-
-/// `phx_ray`.
-#[repr(C)]
-#[derive(Clone, Copy)]
-pub struct PhxRay {
-    pub origin: [f32; 3],
-    pub tmax: f32,
-    pub direction: [f32; 3],
-}
-
-/// `phx_hit`.
-#[repr(C)]
-#[derive(Clone, Copy)]
-pub struct PhxHit {
-    pub t: f32,
-    pub u: f32,
-    pub v: f32,
-    pub prim_id: u32,
-    pub geom_id: u32,
-}
 
 /// `phx_accept`.
 pub type PhxAccept =
@@ -45,61 +26,6 @@ pub struct PhxFilter {
     pub user: *mut c_void,
 }
 
-// SAFETY: numbers, and pointers that may be null.
-unsafe impl SizedStruct for PhxFilter {
-    const NAME: &'static str = "phx_filter";
-}
-
-impl PhxRay {
-    #[inline(always)]
-    fn ray(&self) -> phalanx::Ray {
-        phalanx::Ray {
-            origin: self.origin,
-            direction: self.direction,
-            tmax: self.tmax,
-        }
-    }
-}
-
-impl From<phalanx::Hit> for PhxHit {
-    #[inline(always)]
-    fn from(hit: phalanx::Hit) -> PhxHit {
-        let phalanx::Hit {
-            t,
-            u,
-            v,
-            prim_id,
-            geom_id,
-        } = hit;
-        PhxHit {
-            t,
-            u,
-            v,
-            prim_id,
-            geom_id,
-        }
-    }
-}
-
-impl From<PhxHit> for phalanx::Hit {
-    fn from(hit: PhxHit) -> phalanx::Hit {
-        let PhxHit {
-            t,
-            u,
-            v,
-            prim_id,
-            geom_id,
-        } = hit;
-        phalanx::Hit {
-            t,
-            u,
-            v,
-            prim_id,
-            geom_id,
-        }
-    }
-}
-
 /// A ray of the caller's, with its filter if it has one, through a tree.
 ///
 /// # Safety
@@ -107,25 +33,27 @@ impl From<PhxHit> for phalanx::Hit {
 #[inline(always)]
 unsafe fn query<T>(
     (tree, ray, filter): (*const Opaque, *const PhxRay, *const PhxFilter),
-    plain: impl FnOnce(&Bvh, &phalanx::Ray) -> T,
-    filtered: impl FnOnce(&Bvh, &phalanx::Ray, &RayFilter) -> T,
+    plain: impl FnOnce(&Bvh, &PhxRay) -> T,
+    filtered: impl FnOnce(&Bvh, &PhxRay, &RayFilter) -> T,
 ) -> Result<T, ApiError> {
     let bvh = TREES.get(tree)?.for_one()?;
     // SAFETY: the caller's.
-    let ray = unsafe { read("ray", ray) }?.ray();
+    let ray = unsafe { read("ray", ray) }?;
     if filter.is_null() {
         return Ok(plain(bvh, &ray));
     }
     // SAFETY: the caller's.
-    let filter = unsafe { structure(filter) }?;
-    let accept = |hit: &phalanx::Hit| match filter.accept {
-        Some(accept) => accept(filter.user, 0, &PhxHit::from(*hit)) != 0,
-        None => true,
+    let given = unsafe { structure(filter) }?;
+    check_reserved(given.reserved)?;
+    let accept = |hit: &PhxHit| {
+        given
+            .accept
+            .is_none_or(|accept| accept(given.user, 0, hit) != 0)
     };
     let filter = RayFilter {
-        tnear: filter.tnear,
-        mask: filter.mask,
-        ignore: filter.ignore,
+        tnear: given.tnear,
+        mask: given.mask,
+        ignore: given.ignore,
         accept: &accept,
     };
     Ok(filtered(bvh, &ray, &filter))
@@ -147,15 +75,13 @@ pub unsafe extern "C" fn phx_intersect(
     filter: *const PhxFilter,
     hit: *mut PhxHit,
 ) -> PhxStatus {
-    guarded(|| {
-        let place = OutPointer::of("hit", hit)?;
-        // SAFETY: the caller's.
-        unsafe {
+    // SAFETY: the caller's.
+    unsafe {
+        answer("hit", hit, || {
             let hit = query((tree, ray, filter), Bvh::intersect, Bvh::intersect_filtered)?;
-            place.write(hit.map_or(MISS, PhxHit::from));
-        }
-        Ok(())
-    })
+            Ok(hit.unwrap_or(MISS))
+        })
+    }
 }
 
 #[unsafe(no_mangle)]
@@ -165,15 +91,13 @@ pub unsafe extern "C" fn phx_occluded(
     filter: *const PhxFilter,
     blocked: *mut c_int,
 ) -> PhxStatus {
-    guarded(|| {
-        let place = OutPointer::of("blocked", blocked)?;
-        // SAFETY: the caller's.
-        unsafe {
+    // SAFETY: the caller's.
+    unsafe {
+        answer("blocked", blocked, || {
             let blocked = query((tree, ray, filter), Bvh::occluded, Bvh::occluded_filtered)?;
-            place.write(blocked.into());
-        }
-        Ok(())
-    })
+            Ok(blocked.into())
+        })
+    }
 }
 
 #[unsafe(no_mangle)]
@@ -185,30 +109,18 @@ pub unsafe extern "C" fn phx_all_hits(
     capacity: usize,
     count: *mut usize,
 ) -> PhxStatus {
-    guarded(|| {
-        let place = OutPointer::of("count", count)?;
-        if capacity > 0 {
-            OutPointer::of("hits", hits)?;
-        }
-        let all = |bvh: &Bvh, ray: &phalanx::Ray| bvh.all_hits_filtered(ray, &RayFilter::default());
-        // SAFETY: the caller's.
-        unsafe {
-            let all = query((tree, ray, filter), all, Bvh::all_hits_filtered)?;
-            for (k, hit) in all.iter().take(capacity).enumerate() {
-                hits.add(k).write((*hit).into());
+    let plain = |bvh: &Bvh, ray: &PhxRay| bvh.all_hits_filtered(ray, &RayFilter::default());
+    // SAFETY: the caller's, for `capacity` hits.
+    unsafe {
+        answer("count", count, || {
+            if capacity > 0 && (hits.is_null() || !hits.is_aligned()) {
+                return Err(ApiError::argument("hits is null or misaligned"));
             }
-            place.write(all.len());
-        }
-        Ok(())
-    })
-}
-
-/// `phx_refined_hit`.
-#[repr(C)]
-pub struct PhxRefinedHit {
-    pub t: f64,
-    pub point: [f64; 3],
-    pub normal: [f64; 3],
+            let all = query((tree, ray, filter), plain, Bvh::all_hits_filtered)?;
+            hits.copy_from(all.as_ptr(), all.len().min(capacity));
+            Ok(all.len())
+        })
+    }
 }
 
 #[unsafe(no_mangle)]
@@ -219,27 +131,16 @@ pub unsafe extern "C" fn phx_refine(
     hit: *const PhxHit,
     refined: *mut PhxRefinedHit,
 ) -> PhxStatus {
-    guarded(|| {
-        let place = OutPointer::of("refined", refined)?;
-        // SAFETY: the caller's.
-        let (origin, direction, hit) = unsafe {
-            (
-                read("origin", origin)?,
-                read("direction", direction)?,
-                read("hit", hit)?,
-            )
-        };
-        let scene = reading(scene)?;
-        if u64::from(hit.prim_id) >= scene.id_count() {
-            return Err(ApiError::argument(format!(
-                "the scene has no primitive {}",
-                hit.prim_id
-            )));
-        }
-        let phalanx::RefinedHit { t, point, normal } =
-            refine(&scene, origin, direction, &hit.into());
-        // SAFETY: the caller's.
-        unsafe { place.write(PhxRefinedHit { t, point, normal }) };
-        Ok(())
-    })
+    // SAFETY: the caller's.
+    unsafe {
+        answer("refined", refined, || {
+            let (origin, direction) = (read("origin", origin)?, read("direction", direction)?);
+            let (hit, scene) = (read("hit", hit)?, reading(scene)?);
+            if u64::from(hit.prim_id) >= scene.id_count() {
+                let words = format!("the scene has no primitive {}", hit.prim_id);
+                return Err(ApiError::argument(words));
+            }
+            Ok(refine(&scene, origin, direction, &hit))
+        })
+    }
 }

@@ -1,8 +1,10 @@
-//! The caller's memory: structures that say their size, and rows, checked before any is touched.
+//! Memory that is read: structures that say their size, and rows; checked before any is touched.
 
 use crate::status::ApiError;
+use std::any::type_name;
+use std::borrow::Cow;
 use std::ffi::c_void;
-use std::slice;
+use std::{mem, slice};
 
 /// `phx_rows`.
 #[repr(C)]
@@ -14,14 +16,6 @@ pub struct PhxRows {
 
 /// No program's memory goes further, on x86-64 or ARM.
 const MAX_ADDRESS: usize = 1 << 48;
-
-/// A structure of the header's that begins with its size. Zeros are valid in all of its fields.
-///
-/// # Safety
-/// As said.
-pub unsafe trait SizedStruct: Copy {
-    const NAME: &'static str;
-}
 
 /// Where checked rows lie.
 #[derive(Clone, Copy, Default)]
@@ -40,48 +34,65 @@ impl RowSpan {
 
     /// Returns true if rows of both may share bytes: unless they lie between each other, as fields
     /// of one structure do.
-    fn collides(&self, other: &RowSpan) -> bool {
-        let offset =
-            (other.start as isize - self.start as isize).checked_rem_euclid(self.stride as isize);
+    pub fn collides(&self, other: &RowSpan) -> bool {
+        let distance = other.start as isize - self.start as isize;
         let is_between = |offset: isize| {
             offset as usize >= self.row && offset as usize + other.row <= self.stride
         };
+        let offset = distance.checked_rem_euclid(self.stride as isize);
         self.overlaps(other) && !(self.stride == other.stride && offset.is_some_and(is_between))
     }
 }
 
+/// Rows that a call writes, by name.
+#[derive(Default)]
+pub struct WrittenRows(pub Vec<(&'static str, RowSpan)>);
+
+impl WrittenRows {
+    pub const NONE: &WrittenRows = &WrittenRows(Vec::new());
+
+    /// Returns true if any of them shares memory with rows that are read.
+    pub fn overlap(&self, rows: &RowSpan) -> bool {
+        self.0.iter().any(|(_, output)| output.overlaps(rows))
+    }
+
+    /// Checks that no two of them share bytes.
+    pub fn check_apart(&self) -> Result<(), ApiError> {
+        for (k, (a, first)) in self.0.iter().enumerate() {
+            let collides = |(_, second): &&(_, RowSpan)| first.collides(second);
+            if let Some((b, _)) = self.0[..k].iter().find(collides) {
+                let words = format!("the outputs {b} and {a} overlap");
+                return Err(ApiError::argument(words));
+            }
+        }
+        Ok(())
+    }
+}
+
 impl PhxRows {
-    /// Checks `count` rows of `T`, of which an input may repeat the first.
+    /// Checks `count` rows of `T`.
     pub fn check<T>(&self, what: &str, count: usize) -> Result<RowSpan, ApiError> {
-        let (start, align) = (self.data.addr(), align_of::<T>());
+        let (start, stride, align) = (self.data.addr(), self.stride, align_of::<T>());
         if count == 0 {
             return Ok(RowSpan::default());
         }
         if start == 0 {
+            let words = format!("{what} is null, and has {count} rows");
+            return Err(ApiError::argument(words));
+        }
+        if !start.is_multiple_of(align) || !stride.is_multiple_of(align) {
             return Err(ApiError::argument(format!(
-                "{what} is null, and has {count} rows"
+                "{what} begins at {start:#x} and has a stride of {stride}: both are multiples of {align}"
             )));
         }
-        if !start.is_multiple_of(align) || !self.stride.is_multiple_of(align) {
-            return Err(ApiError::argument(format!(
-                "{what} begins at {start:#x} and has a stride of {}: both are multiples of {align}",
-                self.stride
-            )));
-        }
-        let bytes = (count - 1).checked_mul(self.stride);
-        let bytes = bytes.and_then(|bytes| bytes.checked_add(size_of::<T>()));
-        let fits = |bytes: &usize| {
-            start
-                .checked_add(*bytes)
-                .is_some_and(|end| end <= MAX_ADDRESS)
-        };
+        let row = size_of::<T>();
+        let bytes = (count - 1).checked_mul(stride);
+        let bytes = bytes.and_then(|bytes| bytes.checked_add(row));
+        let fits = |bytes: &usize| *bytes <= MAX_ADDRESS.saturating_sub(start);
         let bytes = bytes.filter(fits).ok_or_else(|| {
-            let stride = self.stride;
-            ApiError::argument(format!(
-                "{what} has {count} rows of {stride} bytes: more than memory"
-            ))
+            let words = format!("{what} has {count} rows of {stride} bytes: more than memory");
+            ApiError::argument(words)
         })?;
-        let (stride, row) = (self.stride, size_of::<T>());
         Ok(RowSpan {
             start,
             bytes,
@@ -100,224 +111,66 @@ impl PhxRows {
         unsafe { *self.data.byte_add(k * self.stride).cast::<T>() }
     }
 
-    /// PhxRows side by side, copied only where they are not.
+    /// All rows side by side; copied where they are not, or where an output would write.
     ///
     /// # Safety
-    /// All rows are memory that can be read, and that nobody writes during the call.
-    pub unsafe fn with<T: Copy, R>(
+    /// All rows are memory that can be read, and that nobody else writes during the call.
+    pub unsafe fn all<'r, T: Copy>(
         &self,
         what: &str,
         count: usize,
-        take: impl FnOnce(&[T]) -> Result<R, ApiError>,
-    ) -> Result<R, ApiError> {
-        self.check::<T>(what, count)?;
-        if count == 0 {
-            return take(&[]);
-        }
-        if self.stride < size_of::<T>() {
-            let words = format!("{what} has a stride of {}: less than a row", self.stride);
-            return Err(ApiError::argument(words));
-        }
-        if self.stride == size_of::<T>() {
-            // SAFETY: checked, and the caller's.
-            return take(unsafe { slice::from_raw_parts(self.data.cast(), count) });
-        }
+        outputs: &WrittenRows,
+    ) -> Result<Cow<'r, [T]>, ApiError> {
+        let span = self.check::<T>(what, count)?;
         // SAFETY: checked, and the caller's.
-        let rows: Vec<T> = (0..count).map(|k| unsafe { self.get(k) }).collect();
-        take(&rows)
+        Ok(unsafe {
+            if count > 0 && self.stride == size_of::<T>() && !outputs.overlap(&span) {
+                Cow::Borrowed(slice::from_raw_parts(self.data.cast(), count))
+            } else {
+                Cow::Owned((0..count).map(|k| self.get(k)).collect())
+            }
+        })
     }
 }
 
-/// A structure that the caller has filled as far as it knows it.
+/// A structure of the caller's that begins with its size.
 ///
 /// # Safety
 /// Null, or memory of the size that the structure says.
-pub unsafe fn structure<T: SizedStruct>(pointer: *const T) -> Result<T, ApiError> {
-    let name = T::NAME;
-    if pointer.is_null() || !pointer.is_aligned() {
-        return Err(ApiError::argument(format!(
-            "the {name} is null or misaligned"
-        )));
-    }
+pub unsafe fn structure<T: Copy>(pointer: *const T) -> Result<T, ApiError> {
     // SAFETY: the caller's: each begins with its size.
-    let size = unsafe { *pointer.cast::<usize>() };
-    if size != size_of::<T>() {
-        let (expected, words) = (size_of::<T>(), "set it to sizeof");
-        return Err(ApiError::argument(format!(
-            "{name}.size is {size} and not {expected}: {words}"
-        )));
+    let size = unsafe { read::<usize>(type_name::<T>(), pointer.cast()) };
+    match size.map_err(|ApiError(status, words)| ApiError(status, in_c::<T>(&words)))? {
+        // SAFETY: the caller's; no field is aligned to more than its size.
+        size if size == size_of::<T>() => Ok(unsafe { *pointer }),
+        size => {
+            let (name, expected) = (type_name::<T>(), size_of::<T>());
+            let words = format!("{name}.size is {size} and not {expected}: set it to sizeof");
+            Err(ApiError::argument(in_c::<T>(&words)))
+        }
     }
-    // SAFETY: the caller's.
-    Ok(unsafe { *pointer })
 }
 
-/// The same, or `None` for null.
+/// The same; null is a structure of zeros.
 ///
 /// # Safety
-/// As [`structure`].
-pub unsafe fn structure_if<T: SizedStruct>(pointer: *const T) -> Result<Option<T>, ApiError> {
-    if pointer.is_null() {
-        return Ok(None);
-    }
+/// As [`structure`], and zeros are valid.
+pub unsafe fn structure_or_zeros<T: Copy>(pointer: *const T) -> Result<T, ApiError> {
     // SAFETY: the caller's.
-    unsafe { structure(pointer) }.map(Some)
+    unsafe { if pointer.is_null() { Ok(mem::zeroed()) } else { structure(pointer) } }
 }
 
-/// `phx_column`.
-#[repr(C)]
-#[derive(Clone, Copy)]
-pub struct PhxColumn {
-    pub data: *mut c_void,
-    pub stride: usize,
-    pub miss: i32,
-    pub reserved: u32,
-}
-
-/// A column of `T`, checked.
-pub struct OutputColumn<T> {
-    rows: PhxRows,
-    /// Answer of a miss, if it writes any.
-    miss: Option<T>,
-    /// True if a miss writes what is usual.
-    is_plain: bool,
-}
-
-// SAFETY: threads write different rows.
-unsafe impl<T: Sync> Sync for OutputColumn<T> {}
-
-impl PhxColumn {
-    /// Checks a column of `count` rows, and adds it to the outputs; `None` if it is not wanted.
-    /// `misses` are what a miss writes by default, and where it is to write -1.
-    pub fn check<T: Copy>(
-        &self,
-        name: &'static str,
-        count: usize,
-        misses: [T; 2],
-        outputs: &mut OutputColumns,
-    ) -> Result<Option<OutputColumn<T>>, ApiError> {
-        if self.data.is_null() {
-            return Ok(None);
+/// Words in which `phalanx_c::rows::PhxRows` becomes `phx_rows`.
+fn in_c<T>(words: &str) -> String {
+    let path = type_name::<T>();
+    let mut name = String::new();
+    for letter in path.rsplit(':').next().unwrap_or(path).chars() {
+        if letter.is_uppercase() && !name.is_empty() {
+            name.push('_');
         }
-        let rows = PhxRows {
-            data: self.data,
-            stride: self.stride,
-        };
-        outputs.0.push((name, rows.check::<T>(name, count)?));
-        if count > 1 && self.stride < size_of::<T>() {
-            let words = format!("{name} has a stride of {}: rows would overlap", self.stride);
-            return Err(ApiError::argument(words));
-        }
-        let miss = match self.miss {
-            0 => Some(misses[0]),
-            1 => None,
-            2 => Some(misses[1]),
-            other => {
-                return Err(ApiError::argument(format!(
-                    "{name}.miss is {other}: 0, 1 or 2"
-                )));
-            }
-        };
-        Ok(Some(OutputColumn {
-            rows,
-            miss,
-            is_plain: self.miss == 0,
-        }))
+        name.extend(letter.to_lowercase());
     }
-}
-
-impl<T> OutputColumn<T> {
-    /// Writes the answer of ray `k`; `None` is a miss.
-    ///
-    /// # Safety
-    /// Row `k` was checked, is memory of the caller's, and nobody else writes it.
-    #[inline(always)]
-    pub unsafe fn put(&self, k: usize, answer: Option<T>)
-    where
-        T: Copy,
-    {
-        if let Some(answer) = answer.or(self.miss) {
-            // SAFETY: the caller's.
-            unsafe {
-                self.rows
-                    .data
-                    .byte_add(k * self.rows.stride)
-                    .cast_mut()
-                    .cast::<T>()
-                    .write(answer)
-            }
-        }
-    }
-
-    /// The rows as a slice, where they touch and misses are written as by default.
-    ///
-    /// # Safety
-    /// As [`OutputColumn::put`], for all `count` rows.
-    #[expect(clippy::mut_from_ref, reason = "the memory is the caller's")]
-    pub unsafe fn slice(&self, count: usize) -> Option<&mut [T]> {
-        let is_slice = self.is_plain && self.rows.stride == size_of::<T>() && count > 0;
-        // SAFETY: the caller's.
-        is_slice
-            .then(|| unsafe { slice::from_raw_parts_mut(self.rows.data.cast_mut().cast(), count) })
-    }
-}
-
-/// The outputs of a call, by name.
-#[derive(Default)]
-pub struct OutputColumns(Vec<(&'static str, RowSpan)>);
-
-impl OutputColumns {
-    /// Returns true if any of them shares memory with rows that are read.
-    pub fn overlap(&self, rows: &RowSpan) -> bool {
-        self.0.iter().any(|(_, output)| output.overlaps(rows))
-    }
-
-    /// Checks that no two of them share bytes.
-    pub fn check_apart(&self) -> Result<(), ApiError> {
-        for (k, (a, first)) in self.0.iter().enumerate() {
-            if let Some((b, _)) = self.0[..k]
-                .iter()
-                .find(|(_, second)| first.collides(second))
-            {
-                return Err(ApiError::argument(format!(
-                    "the outputs {b} and {a} overlap"
-                )));
-            }
-        }
-        Ok(())
-    }
-}
-
-/// A place for an answer, which a call writes at its end.
-#[derive(Clone, Copy)]
-pub struct OutPointer<T>(*mut T);
-
-impl<T> OutPointer<T> {
-    /// Checks the caller's pointer, which may be null if the answer is not wanted.
-    pub fn optional(what: &str, pointer: *mut T) -> Result<OutPointer<T>, ApiError> {
-        match pointer.is_aligned() {
-            true => Ok(OutPointer(pointer)),
-            false => Err(ApiError::argument(format!("{what} is misaligned"))),
-        }
-    }
-
-    /// The same, for an answer that the call is for.
-    #[inline(always)]
-    pub fn of(what: &str, pointer: *mut T) -> Result<OutPointer<T>, ApiError> {
-        if pointer.is_null() {
-            return Err(ApiError::argument(format!("{what} is null")));
-        }
-        OutPointer::optional(what, pointer)
-    }
-
-    /// # Safety
-    /// The pointer is null or memory of the caller's for a `T`.
-    #[inline(always)]
-    pub unsafe fn write(self, answer: T) {
-        if !self.0.is_null() {
-            // SAFETY: the caller's.
-            unsafe { self.0.write(answer) }
-        }
-    }
+    words.replace(path, &name)
 }
 
 /// The `T` at a pointer.
@@ -331,4 +184,14 @@ pub unsafe fn read<T: Copy>(what: &str, pointer: *const T) -> Result<T, ApiError
     }
     // SAFETY: the caller's.
     Ok(unsafe { *pointer })
+}
+
+/// Refuses what this version does not know.
+pub fn check_reserved(reserved: u32) -> Result<(), ApiError> {
+    match reserved {
+        0 => Ok(()),
+        other => Err(ApiError::argument(format!(
+            "reserved is {other}, and not 0"
+        ))),
+    }
 }

@@ -1,12 +1,12 @@
 //! Scenes: what is added to them, named and moved.
 
-use crate::rows::{OutPointer, PhxRows, SizedStruct, read, structure};
-use crate::status::{ApiError, PhxStatus, guarded};
+use crate::rows::{PhxRows, WrittenRows, read, structure};
+use crate::status::{ApiError, PhxStatus, answer, answer_if_wanted, guarded};
 use crate::table::{HandleTable, Opaque};
-use phalanx::glam::DAffine3;
-use phalanx::{GeometryError, Scene, isa};
+use phalanx::glam::{DAffine3, DVec3};
+use phalanx::{Scene, isa};
+use std::borrow::Cow;
 use std::ffi::{CStr, CString, c_char};
-use std::slice;
 use std::sync::{OnceLock, PoisonError, RwLock, RwLockReadGuard};
 
 pub static SCENES: HandleTable<RwLock<Scene>> = HandleTable::new(0x53, "scene");
@@ -22,17 +22,10 @@ pub struct PhxMesh {
     pub triangle_count: usize,
 }
 
-// SAFETY: numbers and rows.
-unsafe impl SizedStruct for PhxMesh {
-    const NAME: &'static str = "phx_mesh";
-}
-
 /// A scene to look at; edits wait.
 pub fn reading<'s>(scene: *const Opaque) -> Result<RwLockReadGuard<'s, Scene>, ApiError> {
-    Ok(SCENES
-        .get(scene)?
-        .read()
-        .unwrap_or_else(PoisonError::into_inner))
+    let scene = SCENES.get(scene)?.read();
+    Ok(scene.unwrap_or_else(PoisonError::into_inner))
 }
 
 /// An edit, and the number that it returns.
@@ -41,17 +34,13 @@ fn edit<T>(
     number: *mut T,
     edit: impl FnOnce(&mut Scene) -> Result<T, ApiError>,
 ) -> PhxStatus {
-    guarded(|| {
-        let number = OutPointer::optional("the place for a number", number)?;
-        let mut scene = SCENES
-            .get(scene)?
-            .write()
-            .unwrap_or_else(PoisonError::into_inner);
-        let answer = edit(&mut scene)?;
-        // SAFETY: null or the caller's, as every function says.
-        unsafe { number.write(answer) };
-        Ok(())
-    })
+    // SAFETY: null or the caller's, as every function says.
+    unsafe {
+        answer_if_wanted("the place for a number", number, || {
+            let scene = SCENES.get(scene)?.write();
+            edit(&mut scene.unwrap_or_else(PoisonError::into_inner))
+        })
+    }
 }
 
 /// Where no number is returned.
@@ -73,14 +62,13 @@ pub fn check_build(version: u32) -> Result<(), ApiError> {
 
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn phx_scene_create_for(version: u32, scene: *mut *mut Opaque) -> PhxStatus {
-    guarded(|| {
-        let place = OutPointer::of("scene", scene)?;
-        check_build(version)?;
-        let scene = SCENES.insert(RwLock::new(Scene::new()))?;
-        // SAFETY: the caller's.
-        unsafe { place.write(scene) };
-        Ok(())
-    })
+    // SAFETY: the caller's.
+    unsafe {
+        answer("scene", scene, || {
+            check_build(version)?;
+            SCENES.insert(RwLock::default())
+        })
+    }
 }
 
 /// 10000 · major + 100 · minor + patch.
@@ -113,24 +101,25 @@ pub extern "C" fn phx_scene_destroy(scene: *mut Opaque) -> PhxStatus {
     guarded(|| if scene.is_null() { Ok(()) } else { SCENES.remove(scene) })
 }
 
-/// Passes on the vertices and triangles of a mesh.
+/// Rows of three numbers.
+type Triples<'r, T> = Cow<'r, [[T; 3]]>;
+
+/// Vertices and triangles of a mesh.
 ///
 /// # Safety
 /// As the header says of `phx_mesh`.
-unsafe fn with_mesh<T>(
+unsafe fn rows_of<'r>(
     mesh: *const PhxMesh,
-    take: impl FnOnce(&[[f32; 3]], &[[u32; 3]]) -> Result<T, GeometryError>,
-) -> Result<T, ApiError> {
+) -> Result<(Triples<'r, f32>, Triples<'r, u32>), ApiError> {
     // SAFETY: the caller's.
     unsafe {
         let mesh = structure(mesh)?;
-        mesh.vertices
-            .with("vertices", mesh.vertex_count, |vertices| {
-                let triangles = mesh.triangles;
-                triangles.with("triangles", mesh.triangle_count, |triangles| {
-                    Ok(take(vertices, triangles)?)
-                })
-            })
+        let (vertices, triangles) = (mesh.vertex_count, mesh.triangle_count);
+        Ok((
+            mesh.vertices.all("vertices", vertices, WrittenRows::NONE)?,
+            mesh.triangles
+                .all("triangles", triangles, WrittenRows::NONE)?,
+        ))
     }
 }
 
@@ -140,11 +129,10 @@ pub unsafe extern "C" fn phx_scene_add_mesh(
     mesh: *const PhxMesh,
     geom_id: *mut u32,
 ) -> PhxStatus {
-    // SAFETY: the caller's.
-    edit(scene, geom_id, |scene| unsafe {
-        with_mesh(mesh, |vertices, triangles| {
-            scene.add_mesh(vertices, triangles)
-        })
+    edit(scene, geom_id, |scene| {
+        // SAFETY: the caller's.
+        let (vertices, triangles) = unsafe { rows_of(mesh) }?;
+        Ok(scene.add_mesh(&vertices, &triangles)?)
     })
 }
 
@@ -154,11 +142,10 @@ pub unsafe extern "C" fn phx_scene_add_prototype(
     mesh: *const PhxMesh,
     prototype: *mut u32,
 ) -> PhxStatus {
-    // SAFETY: the caller's.
-    edit(scene, prototype, |scene| unsafe {
-        with_mesh(mesh, |vertices, triangles| {
-            scene.add_prototype(vertices, triangles)
-        })
+    edit(scene, prototype, |scene| {
+        // SAFETY: the caller's.
+        let (vertices, triangles) = unsafe { rows_of(mesh) }?;
+        Ok(scene.add_prototype(&vertices, &triangles)?)
     })
 }
 
@@ -170,13 +157,12 @@ pub unsafe extern "C" fn phx_scene_add_spheres(
     count: usize,
     geom_id: *mut u32,
 ) -> PhxStatus {
-    // SAFETY: the caller's.
-    edit(scene, geom_id, |scene| unsafe {
-        centers.with("centers", count, |centers| {
-            radii.with("radii", count, |radii| {
-                Ok(scene.add_spheres(centers, radii)?)
-            })
-        })
+    edit(scene, geom_id, |scene| {
+        // SAFETY: the caller's.
+        let centers = unsafe { centers.all("centers", count, WrittenRows::NONE) }?;
+        // SAFETY: the caller's.
+        let radii = unsafe { radii.all("radii", count, WrittenRows::NONE) }?;
+        Ok(scene.add_spheres(&centers, &radii)?)
     })
 }
 
@@ -187,13 +173,9 @@ pub unsafe extern "C" fn phx_scene_add_spheres(
 unsafe fn map(rows: *const [[f64; 4]; 3]) -> Result<DAffine3, ApiError> {
     // SAFETY: the caller's.
     let [x, y, z] = unsafe { read("to_world", rows) }?;
-    let column = |k: usize| [x[k], y[k], z[k]].into();
-    Ok(DAffine3::from_cols(
-        column(0),
-        column(1),
-        column(2),
-        column(3),
-    ))
+    let column = |k: usize| DVec3::new(x[k], y[k], z[k]);
+    let [x, y, z, offset] = [0, 1, 2, 3].map(column);
+    Ok(DAffine3::from_cols(x, y, z, offset))
 }
 
 #[unsafe(no_mangle)]
@@ -228,11 +210,10 @@ pub unsafe extern "C" fn phx_scene_set_vertices(
     vertices: PhxRows,
     count: usize,
 ) -> PhxStatus {
-    // SAFETY: the caller's.
-    edit(scene, NOTHING, |scene| unsafe {
-        vertices.with("vertices", count, |all| {
-            Ok(scene.set_vertices(geom_id, all)?)
-        })
+    edit(scene, NOTHING, |scene| {
+        // SAFETY: the caller's.
+        let vertices = unsafe { vertices.all("vertices", count, WrittenRows::NONE) }?;
+        Ok(scene.set_vertices(geom_id, &vertices)?)
     })
 }
 
@@ -243,11 +224,10 @@ pub unsafe extern "C" fn phx_scene_set_prototype_vertices(
     vertices: PhxRows,
     count: usize,
 ) -> PhxStatus {
-    // SAFETY: the caller's.
-    edit(scene, NOTHING, |scene| unsafe {
-        vertices.with("vertices", count, |all| {
-            Ok(scene.set_prototype_vertices(prototype, all)?)
-        })
+    edit(scene, NOTHING, |scene| {
+        // SAFETY: the caller's.
+        let vertices = unsafe { vertices.all("vertices", count, WrittenRows::NONE) }?;
+        Ok(scene.set_prototype_vertices(prototype, &vertices)?)
     })
 }
 
@@ -290,46 +270,36 @@ pub unsafe extern "C" fn phx_scene_get_name(
     capacity: usize,
     length: *mut usize,
 ) -> PhxStatus {
-    guarded(|| {
-        let length = OutPointer::optional("length", length)?;
-        if name.is_null() && capacity > 0 {
-            return Err(ApiError::argument("name is null, and capacity is not 0"));
-        }
-        let scene = reading(scene)?;
-        let known = scene.prim_names(prim_id)[0].unwrap_or("");
-        if capacity > 0 {
-            let mut end = known.len().min(capacity - 1);
-            while !known.is_char_boundary(end) {
-                end -= 1;
+    // SAFETY: the caller's, `name` for `capacity` bytes.
+    unsafe {
+        answer_if_wanted("length", length, || {
+            if name.is_null() && capacity > 0 {
+                return Err(ApiError::argument("name is null, and capacity is not 0"));
             }
-            // SAFETY: the caller's: `capacity` bytes.
-            let name = unsafe { slice::from_raw_parts_mut(name.cast::<u8>(), end + 1) };
-            name[..end].copy_from_slice(&known.as_bytes()[..end]);
-            name[end] = 0;
-        }
-        // SAFETY: null or the caller's.
-        unsafe { length.write(known.len()) };
-        Ok(())
-    })
+            let scene = reading(scene)?;
+            let known = scene.prim_names(prim_id)[0].unwrap_or("");
+            if capacity > 0 {
+                let mut ends = (0..=known.len().min(capacity - 1)).rev();
+                let end = ends.find(|&end| known.is_char_boundary(end)).unwrap_or(0);
+                name.cast::<u8>().copy_from(known.as_ptr(), end);
+                name.add(end).write(0);
+            }
+            Ok(known.len())
+        })
+    }
 }
 
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn phx_scene_get_bounds(
     scene: *const Opaque,
-    lower: *mut [f32; 3],
-    upper: *mut [f32; 3],
+    bounds: *mut [f32; 6],
 ) -> PhxStatus {
-    guarded(|| {
-        let (lower, upper) = (
-            OutPointer::of("lower", lower)?,
-            OutPointer::of("upper", upper)?,
-        );
-        let bounds = reading(scene)?.bounds();
-        // SAFETY: the caller's.
-        unsafe {
-            lower.write(bounds.lo.into());
-            upper.write(bounds.hi.into());
-        }
-        Ok(())
-    })
+    // SAFETY: the caller's.
+    unsafe {
+        answer("bounds", bounds, || {
+            let bounds = reading(scene)?.bounds();
+            let ([a, b, c], [d, e, f]) = (bounds.lo.into(), bounds.hi.into());
+            Ok([a, b, c, d, e, f])
+        })
+    }
 }

@@ -50,6 +50,48 @@ pub fn guarded(call: impl FnOnce() -> Result<(), ApiError>) -> PhxStatus {
     }
 }
 
+/// Runs a call that writes its answer at its end, to a place of the caller's that may be null.
+///
+/// # Safety
+/// The place is null, misaligned or memory for a `T`.
+#[inline(always)]
+pub unsafe fn answer_if_wanted<T>(
+    what: &str,
+    place: *mut T,
+    call: impl FnOnce() -> Result<T, ApiError>,
+) -> PhxStatus {
+    guarded(|| {
+        if !place.is_aligned() {
+            return Err(ApiError::argument(format!("{what} is misaligned")));
+        }
+        let answer = call()?;
+        if !place.is_null() {
+            // SAFETY: the caller's.
+            unsafe { place.write(answer) }
+        }
+        Ok(())
+    })
+}
+
+/// The same, for an answer that the call is for.
+///
+/// # Safety
+/// As [`answer_if_wanted`].
+#[inline(always)]
+pub unsafe fn answer<T>(
+    what: &str,
+    place: *mut T,
+    call: impl FnOnce() -> Result<T, ApiError>,
+) -> PhxStatus {
+    // SAFETY: the caller's.
+    unsafe {
+        answer_if_wanted(what, place, || match place.is_null() {
+            true => Err(ApiError::argument(format!("{what} is null"))),
+            false => call(),
+        })
+    }
+}
+
 #[cold]
 fn keep(ApiError(status, words): ApiError) -> PhxStatus {
     let words = CString::new(words.replace('\0', " ")).unwrap_or_default();

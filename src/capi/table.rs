@@ -56,12 +56,10 @@ impl<T> HandleTable<T> {
             let none = || ApiError::argument(format!("there are {SLOTS} {}s already", self.name));
             again.pop_front().ok_or_else(none)?
         };
-        let HandleSlot {
-            generation,
-            object: place,
-        } = &self.slots[slot];
-        place.store(Box::into_raw(Box::new(object)), Ordering::Relaxed);
-        let generation = generation.fetch_add(1, Ordering::Release) + 1;
+        let place = &self.slots[slot];
+        let object = Box::into_raw(Box::new(object));
+        place.object.store(object, Ordering::Relaxed);
+        let generation = place.generation.fetch_add(1, Ordering::Release) + 1;
         let number = (generation as usize) << 24 | slot << 8 | usize::from(self.kind);
         Ok(without_provenance_mut(number))
     }
@@ -84,13 +82,8 @@ impl<T> HandleTable<T> {
         let (slot, generation) = self.slot(handle).ok_or_else(|| self.refuse(handle))?;
         let next = generation.wrapping_add(1);
         let (success, failure) = (Ordering::AcqRel, Ordering::Relaxed);
-        if (slot
-            .generation
-            .compare_exchange(generation, next, success, failure))
-        .is_err()
-        {
-            return Err(self.refuse(handle));
-        }
+        let gone = (slot.generation).compare_exchange(generation, next, success, failure);
+        gone.map_err(|_| self.refuse(handle))?;
         // SAFETY: as in `get`, and only one thread has made the generation go on.
         drop(unsafe { Box::from_raw(slot.object.swap(null_mut(), Ordering::Relaxed)) });
         let mut free = self.free.lock().unwrap_or_else(PoisonError::into_inner);

@@ -3,10 +3,12 @@
 
 use crate::full_or::full_or;
 use crate::rng::Rng;
-use crate::world::{World, check, mesh};
+use crate::world::{self, NO_COLUMN, NO_HITS, NO_ROWS, TwinScenes, check, mesh, no_lists};
 use phalanx_c::batch::*;
+use phalanx_c::columns::PhxColumn;
+use phalanx_c::hits::PhxHits;
 use phalanx_c::ray::*;
-use phalanx_c::rows::{PhxColumn, PhxRows};
+use phalanx_c::rows::PhxRows;
 use phalanx_c::scene::*;
 use phalanx_c::status::{PhxStatus, phx_error_message};
 use phalanx_c::table::Opaque;
@@ -76,7 +78,7 @@ fn output(arena: &mut Arena, rng: &mut Rng, count: usize, row: usize) -> PhxColu
         data,
         stride,
         miss,
-        reserved: 0,
+        reserved: u32::from(rng.once_in(50)),
     }
 }
 
@@ -161,14 +163,9 @@ fn call(arena: &mut Arena, rng: &mut Rng, handles: &[*mut Opaque]) -> bool {
             6 => phx_occluded_batch(handle, rays, batch, output(arena, rng, count, 1)),
             7 => phx_count_batch(handle, rays, batch, output(arena, rng, count, 4)),
             8 => {
-                let mut lists = PhxHitLists {
-                    size: size::<PhxHitLists>(rng),
-                    ray_count: 0,
-                    hit_count: 0,
-                    starts: null(),
-                    hits: null(),
-                    memory: if rng.once_in(9) { handle } else { null_mut() },
-                };
+                let mut lists = no_lists();
+                lists.size = size::<PhxHitLists>(rng);
+                lists.memory = if rng.once_in(9) { handle } else { null_mut() };
                 look(phx_all_hits_batch(handle, rays, batch, &mut lists));
                 phx_hit_lists_free(&mut lists)
             }
@@ -191,7 +188,7 @@ fn call(arena: &mut Arena, rng: &mut Rng, handles: &[*mut Opaque]) -> bool {
                 pointer(arena, rng),
             ),
             11 => phx_scene_set_transform(handle, rng.below(60) as u32, pointer(arena, rng)),
-            12 => phx_scene_get_bounds(handle, pointer(arena, rng), pointer(arena, rng)),
+            12 => phx_scene_get_bounds(handle, pointer(arena, rng)),
             _ => phx_tree_get_first_prim(handle, rng.below(60) as u32, pointer(arena, rng)),
         }
     })
@@ -199,7 +196,7 @@ fn call(arena: &mut Arena, rng: &mut Rng, handles: &[*mut Opaque]) -> bool {
 
 #[test]
 fn calls_by_chance_are_refused_in_words_or_answered() {
-    let (world, gone) = (World::new(7), World::new(8));
+    let (world, gone) = (TwinScenes::new(7), TwinScenes::new(8));
     let stale = [gone.scene, gone.tree];
     drop(gone);
     let mut handles = vec![null_mut(), stale[0], stale[1]];
@@ -232,7 +229,7 @@ fn calls_by_chance_are_refused_in_words_or_answered() {
 
 #[test]
 fn handles_of_what_is_gone_are_refused() {
-    let world = World::new(10);
+    let world = TwinScenes::new(10);
     let (scene, tree) = (world.scene, world.tree);
     assert_eq!(phx_tree_destroy(scene), PhxStatus::Handle);
     assert_eq!(phx_scene_destroy(tree), PhxStatus::Handle);
@@ -249,7 +246,7 @@ fn handles_of_what_is_gone_are_refused() {
 
 #[test]
 fn what_does_not_fit_is_refused_in_words() {
-    let world = World::new(11);
+    let world = TwinScenes::new(11);
     let corners = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, f32::NAN, 0.0]];
     let words = |status, kind: PhxStatus, expected: &str| {
         // SAFETY: the library's text.
@@ -293,4 +290,78 @@ fn what_does_not_fit_is_refused_in_words() {
         assert!(scene.is_null());
     }
     assert_eq!(id, 5, "nothing is written");
+}
+
+/// Threads that edit a scene, update its tree and cast batches, with no word between them: each
+/// call is answered or refused, and the tree can follow the scene in the end.
+#[test]
+fn threads_that_share_a_scene_are_answered_or_refused() {
+    let world = TwinScenes::new(14);
+    let handles = [world.scene, world.tree].map(|handle| handle as usize);
+    let rounds = full_or(3_000, 300);
+    let expect = |status, kinds: &[PhxStatus]| {
+        look(status);
+        assert!(
+            status == PhxStatus::Ok || kinds.contains(&status),
+            "{status:?}"
+        );
+    };
+    std::thread::scope(|threads| {
+        for thread in 0..4 {
+            threads.spawn(move || {
+                let [scene, tree] = handles.map(|handle| handle as *mut Opaque);
+                let mut rng = Rng::new(thread);
+                for _ in 0..rounds {
+                    match thread {
+                        0 => expect(edit_by_chance(scene, &mut rng), &[]),
+                        // SAFETY: nobody casts single rays.
+                        1 => expect(
+                            unsafe { phx_tree_update(tree, scene, null(), null_mut()) },
+                            &[PhxStatus::Busy],
+                        ),
+                        _ => expect(
+                            cast_by_chance(scene, tree, &mut rng),
+                            &[PhxStatus::Busy, PhxStatus::Argument],
+                        ),
+                    }
+                }
+            });
+        }
+    });
+    // SAFETY: the threads have ended.
+    check(unsafe { phx_tree_update(world.tree, world.scene, null(), null_mut()) });
+    check(cast_by_chance(world.scene, world.tree, &mut Rng::new(15)));
+}
+
+/// Moves an instance of the world.
+fn edit_by_chance(scene: *mut Opaque, rng: &mut Rng) -> PhxStatus {
+    let [x, y, z] = [(); 3].map(|()| f64::from(rng.range(-6.0, 6.0)));
+    let map = [[0.2, 0.0, 0.0, x], [0.0, 0.2, 0.0, y], [0.0, 0.0, 0.2, z]];
+    // SAFETY: a map of this function's.
+    unsafe { phx_scene_set_transform(scene, 2 + rng.below(50) as u32, &map) }
+}
+
+/// A batch whose normals need the scene.
+fn cast_by_chance(scene: *mut Opaque, tree: *mut Opaque, rng: &mut Rng) -> PhxStatus {
+    let origins: Vec<[f32; 3]> = (0..300).map(|_| rng.point(9.0).into()).collect();
+    let mut normals = vec![[0.0f32; 3]; 300];
+    let rays = PhxRays {
+        size: size_of::<PhxRays>(),
+        count: 300,
+        origin: world::rows(&origins),
+        direction: world::rows(&origins),
+        tmax: NO_ROWS,
+    };
+    let normal = PhxColumn {
+        data: normals.as_mut_ptr().cast(),
+        stride: 12,
+        ..NO_COLUMN
+    };
+    let hits = PhxHits {
+        normal,
+        scene,
+        ..NO_HITS
+    };
+    // SAFETY: all is this function's.
+    unsafe { phx_intersect_batch(tree, &rays, null(), &hits) }
 }

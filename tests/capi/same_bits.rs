@@ -2,18 +2,20 @@
 
 use crate::full_or::full_or;
 use crate::rng::Rng;
-use crate::world::{World, check};
-use phalanx::{HitBuffer, NO_GEOM, NO_PRIM, Ray, RayBuffer};
+use crate::world::{NO_COLUMN, NO_HITS, NO_ROWS, TwinScenes, check, no_lists};
+use phalanx::{HitBuffer, HitColumns, NO_GEOM, NO_PRIM, Ray, RayBuffer};
 use phalanx_c::batch::*;
+use phalanx_c::columns::PhxColumn;
+use phalanx_c::hits::PhxHits;
 use phalanx_c::ray::*;
-use phalanx_c::rows::{PhxColumn, PhxRows};
+use phalanx_c::rows::PhxRows;
 use std::ffi::{c_int, c_void};
-use std::ptr::{null, null_mut};
+use std::ptr::null;
 
 /// A structure of a caller's, with all that a batch reads and writes.
 #[repr(C)]
 #[derive(Clone, Copy)]
-struct Probe {
+struct RayRecord {
     origin: [f32; 3],
     tmax: f32,
     direction: [f32; 3],
@@ -29,15 +31,15 @@ struct Probe {
     count: u32,
 }
 
-/// What stays where nothing is to be written.
+/// Value that stays where nothing is to be written.
 const UNTOUCHED: u32 = 0xdead_beef;
 
-fn probes(count: usize, seed: u64) -> Vec<Probe> {
+fn records(count: usize, seed: u64) -> Vec<RayRecord> {
     let mut rng = Rng::new(seed);
-    let probe = |_| {
+    let record = |_| {
         let tmax = if rng.once_in(4) { rng.range(0.0, 8.0) } else { f32::INFINITY };
         let origin = if rng.once_in(1000) { [f32::NAN; 3] } else { rng.point(9.0).into() };
-        Probe {
+        RayRecord {
             origin,
             tmax,
             direction: rng.direction().into(),
@@ -53,22 +55,18 @@ fn probes(count: usize, seed: u64) -> Vec<Probe> {
             count: UNTOUCHED,
         }
     };
-    (0..count).map(probe).collect()
+    (0..count).map(record).collect()
 }
 
-const NO_ROWS: PhxRows = PhxRows {
-    data: null(),
-    stride: 0,
-};
-const STRIDE: usize = size_of::<Probe>();
+const STRIDE: usize = size_of::<RayRecord>();
 
-fn rays(probes: &[Probe]) -> PhxRays {
-    let first = probes.as_ptr();
+fn rays(records: &[RayRecord]) -> PhxRays {
+    let first = records.as_ptr();
     // SAFETY: fields of the first structure.
     unsafe {
         PhxRays {
             size: size_of::<PhxRays>(),
-            count: probes.len(),
+            count: records.len(),
             origin: PhxRows {
                 data: (&raw const (*first).origin).cast(),
                 stride: STRIDE,
@@ -94,27 +92,27 @@ fn column<T>(field: *mut T, miss: i32) -> PhxColumn {
     }
 }
 
-fn buffer(probes: &[Probe]) -> RayBuffer {
-    let ray = |p: &Probe| Ray {
+fn buffer(records: &[RayRecord]) -> RayBuffer {
+    let ray = |p: &RayRecord| Ray {
         origin: p.origin,
         direction: p.direction,
         tmax: p.tmax,
     };
-    probes.iter().map(ray).collect()
+    records.iter().map(ray).collect()
 }
 
 /// In place, in structures of the caller's own.
 #[test]
 fn a_batch_in_place_is_the_librarys_to_the_last_bit() {
-    let world = World::new(1);
-    let mut probes = probes(full_or(10_000_000, 200_000), 2);
-    let expected = buffer(&probes);
-    let mut hits = HitBuffer::new(probes.len());
+    let world = TwinScenes::new(1);
+    let mut records = records(full_or(10_000_000, 200_000), 2);
+    let expected = buffer(&records);
+    let mut hits = HitBuffer::new(records.len());
     world
         .bvh
         .intersect_batch(&expected.columns(), &mut hits.columns(), 0)
         .unwrap();
-    let (input, first) = (rays(&probes), probes.as_mut_ptr());
+    let (input, first) = (rays(&records), records.as_mut_ptr());
     // SAFETY: fields of the structures, which are this test's.
     unsafe {
         let outputs = PhxHits {
@@ -131,37 +129,103 @@ fn a_batch_in_place_is_the_librarys_to_the_last_bit() {
         };
         check(phx_intersect_batch(world.tree, &input, null(), &outputs));
     }
-    for (k, (probe, hit)) in probes.iter().zip(hits.iter()).enumerate() {
+    for (k, (record, hit)) in records.iter().zip(hits.iter()).enumerate() {
         let miss = (f32::INFINITY, 0.0, -1.0, NO_PRIM, UNTOUCHED);
         let (t, u, v, prim, geom) = hit.map_or(miss, |h| (h.t, h.u, h.v, h.prim_id, h.geom_id));
         let floats = [t, u, v].map(f32::to_bits);
-        let written = [probe.t, probe.weights[0], probe.weights[1]].map(f32::to_bits);
+        let written = [record.t, record.weights[0], record.weights[1]].map(f32::to_bits);
         assert_eq!(written, floats, "ray {k}");
-        assert_eq!((probe.prim_id, probe.geom_id), (prim, geom), "ray {k}");
-        assert_eq!((probe.before, probe.blocked), (UNTOUCHED, 7), "ray {k}");
+        assert_eq!((record.prim_id, record.geom_id), (prim, geom), "ray {k}");
+        assert_eq!((record.before, record.blocked), (UNTOUCHED, 7), "ray {k}");
         match hit {
             None => {
-                assert_eq!((probe.local, probe.instance), (NO_PRIM, NO_GEOM));
-                assert_eq!(probe.normal[0].to_bits(), UNTOUCHED);
+                assert_eq!((record.local, record.instance), (NO_PRIM, NO_GEOM));
+                assert_eq!(record.normal[0].to_bits(), UNTOUCHED);
             }
             Some(hit) => {
                 let start = world.bvh.first_prim(hit.geom_id).unwrap();
-                assert_eq!(probe.local, hit.prim_id - start);
+                assert_eq!(record.local, hit.prim_id - start);
                 assert_eq!(
-                    probe.instance,
+                    record.instance,
                     if hit.geom_id > 1 { hit.geom_id } else { NO_GEOM }
                 );
-                assert!(probe.normal.iter().all(|c| c.is_finite()));
+                assert!(record.normal.iter().all(|c| c.is_finite()));
             }
         }
     }
 }
 
+/// To and from arrays, which the library is given as they lie.
+#[test]
+fn a_batch_of_arrays_is_the_librarys_to_the_last_bit() {
+    let world = TwinScenes::new(12);
+    let records = records(30_000, 13);
+    let expected = buffer(&records);
+    let (mut hits, mut dark) = (HitBuffer::new(30_000), vec![false; 30_000]);
+    (world
+        .bvh
+        .intersect_batch(&expected.columns(), &mut hits.columns(), 0))
+    .unwrap();
+    (world.bvh.occluded_batch(&expected.columns(), &mut dark, 0)).unwrap();
+    let (mut numbers, mut ids) = (
+        [(); 3].map(|()| vec![9.0; 30_000]),
+        [(); 2].map(|()| vec![9; 30_000]),
+    );
+    let mut blocked = vec![9u8; 30_000];
+    let plain = |data: *mut c_void, stride| PhxColumn {
+        data,
+        stride,
+        ..NO_COLUMN
+    };
+    let [t, u, v] = numbers
+        .each_mut()
+        .map(|column: &mut Vec<f32>| plain(column.as_mut_ptr().cast(), 4));
+    let [prim_id, geom_id] = ids
+        .each_mut()
+        .map(|column: &mut Vec<u32>| plain(column.as_mut_ptr().cast(), 4));
+    let outputs = PhxHits {
+        t,
+        u,
+        v,
+        prim_id,
+        geom_id,
+        ..NO_HITS
+    };
+    let input = rays(&records);
+    // SAFETY: all is this test's.
+    unsafe {
+        check(phx_intersect_batch(world.tree, &input, null(), &outputs));
+        check(phx_occluded_batch(
+            world.tree,
+            &input,
+            null(),
+            plain(blocked.as_mut_ptr().cast(), 1),
+        ));
+    }
+    let HitColumns {
+        t,
+        u,
+        v,
+        prim_id,
+        geom_id,
+    } = hits.columns();
+    assert_eq!(
+        numbers.map(bits),
+        [t, u, v].map(|column| bits(column.to_vec()))
+    );
+    assert_eq!(ids, [prim_id.to_vec(), geom_id.to_vec()]);
+    assert_eq!(blocked, dark.into_iter().map(u8::from).collect::<Vec<_>>());
+}
+
+fn bits(numbers: Vec<f32>) -> Vec<u32> {
+    numbers.into_iter().map(f32::to_bits).collect()
+}
+
 #[test]
 fn shadows_counts_and_lists_are_the_librarys() {
-    let world = World::new(3);
-    let mut probes = probes(50_000, 4);
-    let expected = buffer(&probes);
+    let world = TwinScenes::new(3);
+    let mut records = records(50_000, 4);
+    let expected = buffer(&records);
     let (mut dark, mut counts) = (vec![false; 50_000], vec![0; 50_000]);
     world
         .bvh
@@ -172,15 +236,8 @@ fn shadows_counts_and_lists_are_the_librarys() {
         .count_batch(&expected.columns(), &mut counts, 1)
         .unwrap();
     let lists = world.bvh.all_hits_batch(&expected.columns(), 1).unwrap();
-    let (input, first) = (rays(&probes), probes.as_mut_ptr());
-    let mut out = PhxHitLists {
-        size: size_of::<PhxHitLists>(),
-        ray_count: 0,
-        hit_count: 0,
-        starts: null(),
-        hits: null(),
-        memory: null_mut(),
-    };
+    let (input, first) = (rays(&records), records.as_mut_ptr());
+    let mut out = no_lists();
     // SAFETY: as above; lists are the library's until they are freed.
     unsafe {
         check(phx_occluded_batch(
@@ -197,21 +254,20 @@ fn shadows_counts_and_lists_are_the_librarys() {
         ));
         check(phx_all_hits_batch(world.tree, &input, null(), &mut out));
         let starts = std::slice::from_raw_parts(out.starts, out.ray_count + 1);
-        let hits = std::slice::from_raw_parts(out.hits, out.hit_count);
         assert_eq!(starts, lists.starts);
-        let of_hits: Vec<[u32; 3]> = hits
-            .iter()
-            .map(|h| [h.t.to_bits(), h.prim_id, h.geom_id])
-            .collect();
-        let rows =
-            (0..lists.t.len()).map(|k| [lists.t[k].to_bits(), lists.prim_id[k], lists.geom_id[k]]);
-        assert_eq!(of_hits, rows.collect::<Vec<_>>());
+        let count = out.hit_count;
+        for (c, expected) in [(out.t, &lists.t), (out.u, &lists.u), (out.v, &lists.v)] {
+            assert_eq!(std::slice::from_raw_parts(c, count), expected);
+        }
+        for (c, expected) in [(out.prim_id, &lists.prim_id), (out.geom_id, &lists.geom_id)] {
+            assert_eq!(std::slice::from_raw_parts(c, count), expected);
+        }
         check(phx_hit_lists_free(&mut out));
         assert_eq!((out.hit_count, out.starts.is_null()), (0, true));
     }
-    for (k, probe) in probes.iter().enumerate() {
+    for (k, record) in records.iter().enumerate() {
         assert_eq!(
-            (probe.blocked == 1, probe.count),
+            (record.blocked == 1, record.count),
             (dark[k], counts[k]),
             "ray {k}"
         );
@@ -227,8 +283,8 @@ extern "C" fn is_odd(user: *mut c_void, _: usize, hit: *const PhxHit) -> c_int {
 /// Single rays, without and with a filter, and a batch with the same filter.
 #[test]
 fn single_rays_and_filters_are_the_librarys() {
-    let world = World::new(5);
-    let mut probes = probes(20_000, 6);
+    let world = TwinScenes::new(5);
+    let mut records = records(20_000, 6);
     let mut divisor = 2u32;
     let user = (&raw mut divisor).cast::<c_void>();
     let filter = PhxFilter {
@@ -247,7 +303,7 @@ fn single_rays_and_filters_are_the_librarys() {
         ignore: 77,
         accept: &accept,
     };
-    let (input, first) = (rays(&probes), probes.as_mut_ptr());
+    let (input, first) = (rays(&records), records.as_mut_ptr());
     let (tnear, ignore) = (0.5f32, 77u32);
     // SAFETY: all is this test's.
     unsafe {
@@ -267,36 +323,18 @@ fn single_rays_and_filters_are_the_librarys() {
             threads: 2,
             reserved: 0,
         };
-        let none = PhxColumn {
-            data: null_mut(),
-            stride: 0,
-            miss: 0,
-            reserved: 0,
-        };
         let outputs = PhxHits {
-            size: size_of::<PhxHits>(),
             t: column(&raw mut (*first).t, 0),
             prim_id: column(&raw mut (*first).prim_id, 0),
-            u: none,
-            v: none,
-            geom_id: none,
-            local_prim_id: none,
-            inst_id: none,
-            normal: none,
-            scene: null(),
+            ..NO_HITS
         };
         check(phx_intersect_batch(world.tree, &input, &batch, &outputs));
     }
-    for (k, probe) in probes.iter().enumerate() {
+    for (k, record) in records.iter().enumerate() {
         let ray = Ray {
-            origin: probe.origin,
-            direction: probe.direction,
-            tmax: probe.tmax,
-        };
-        let given = PhxRay {
-            origin: ray.origin,
-            tmax: ray.tmax,
-            direction: ray.direction,
+            origin: record.origin,
+            direction: record.direction,
+            tmax: record.tmax,
         };
         let (mut hit, mut dark) = (MISS, 9);
         let parts = |hit: Option<phalanx::Hit>| {
@@ -306,26 +344,26 @@ fn single_rays_and_filters_are_the_librarys() {
         };
         // SAFETY: all is this test's.
         unsafe {
-            check(phx_intersect(world.tree, &given, null(), &mut hit));
+            check(phx_intersect(world.tree, &ray, null(), &mut hit));
             assert_eq!(
                 (hit.t.to_bits(), hit.prim_id),
                 parts(world.bvh.intersect(&ray)),
                 "ray {k}"
             );
-            check(phx_occluded(world.tree, &given, null(), &mut dark));
+            check(phx_occluded(world.tree, &ray, null(), &mut dark));
             assert_eq!(dark, c_int::from(world.bvh.occluded(&ray)));
-            check(phx_intersect(world.tree, &given, &filter, &mut hit));
+            check(phx_intersect(world.tree, &ray, &filter, &mut hit));
             let filtered = parts(world.bvh.intersect_filtered(&ray, &same));
             assert_eq!((hit.t.to_bits(), hit.prim_id), filtered, "ray {k}");
             assert_eq!(
-                (probe.t.to_bits(), probe.prim_id),
+                (record.t.to_bits(), record.prim_id),
                 filtered,
                 "ray {k} of the batch"
             );
             let (mut all, mut count) = ([MISS; 3], 0);
             check(phx_all_hits(
                 world.tree,
-                &given,
+                &ray,
                 &filter,
                 all.as_mut_ptr(),
                 3,

@@ -3,6 +3,9 @@
 use crate::rng::Rng;
 use phalanx::glam::{DAffine3, DQuat, dvec3};
 use phalanx::{Bvh, Scene};
+use phalanx_c::batch::PhxHitLists;
+use phalanx_c::columns::PhxColumn;
+use phalanx_c::hits::PhxHits;
 use phalanx_c::rows::PhxRows;
 use phalanx_c::scene::*;
 use phalanx_c::status::{PhxStatus, phx_error_message};
@@ -11,11 +14,35 @@ use phalanx_c::tree::{phx_tree_build, phx_tree_destroy};
 use std::ffi::CStr;
 use std::ptr::{null, null_mut};
 
-pub struct World {
+pub struct TwinScenes {
     pub scene: *mut Opaque,
     pub tree: *mut Opaque,
     pub bvh: Bvh,
 }
+
+pub const NO_ROWS: PhxRows = PhxRows {
+    data: null(),
+    stride: 0,
+};
+
+pub const NO_COLUMN: PhxColumn = PhxColumn {
+    data: null_mut(),
+    stride: 0,
+    miss: 0,
+    reserved: 0,
+};
+pub const NO_HITS: PhxHits = PhxHits {
+    size: size_of::<PhxHits>(),
+    t: NO_COLUMN,
+    u: NO_COLUMN,
+    v: NO_COLUMN,
+    prim_id: NO_COLUMN,
+    geom_id: NO_COLUMN,
+    local_prim_id: NO_COLUMN,
+    inst_id: NO_COLUMN,
+    normal: NO_COLUMN,
+    scene: null(),
+};
 
 /// Asserts that a call has succeeded.
 pub fn check(status: PhxStatus) {
@@ -42,9 +69,19 @@ pub fn mesh(vertices: &[[f32; 3]], triangles: &[[u32; 3]]) -> PhxMesh {
     }
 }
 
-impl World {
+/// Lists before a call fills them.
+pub fn no_lists() -> PhxHitLists {
+    let size = size_of::<PhxHitLists>();
+    // SAFETY: numbers, and pointers that may be null.
+    PhxHitLists {
+        size,
+        ..unsafe { std::mem::zeroed() }
+    }
+}
+
+impl TwinScenes {
     /// Triangles, spheres and instances by chance.
-    pub fn new(seed: u64) -> World {
+    pub fn new(seed: u64) -> TwinScenes {
         let mut rng = Rng::new(seed);
         let vertices: Vec<[f32; 3]> = (0..3000).map(|_| rng.point(5.0).into()).collect();
         let near = |k: u32| [k, (k + 1) % 3000, (k + 2) % 3000];
@@ -109,7 +146,7 @@ impl World {
             }
             check(phx_tree_build(handle, null(), &mut tree));
         }
-        World {
+        TwinScenes {
             scene: handle,
             tree,
             bvh: Bvh::build(&scene),
@@ -117,7 +154,7 @@ impl World {
     }
 }
 
-impl Drop for World {
+impl Drop for TwinScenes {
     fn drop(&mut self) {
         check(phx_tree_destroy(self.tree));
         check(phx_scene_destroy(self.scene));

@@ -7,13 +7,20 @@ const HEADERS: [&str; 2] = [
     include_str!("../../src/capi/include/phalanx.h"),
     include_str!("../../src/capi/include/phalanx_files.h"),
 ];
-const SOURCES: [&str; 6] = [
+const SOURCES: [&str; 8] = [
     include_str!("../../src/capi/status.rs"),
     include_str!("../../src/capi/rows.rs"),
+    include_str!("../../src/capi/columns.rs"),
     include_str!("../../src/capi/scene.rs"),
     include_str!("../../src/capi/tree.rs"),
     include_str!("../../src/capi/ray.rs"),
     include_str!("../../src/capi/batch.rs"),
+    include_str!("../../src/capi/hits.rs"),
+];
+/// Where rays and hits are, which C has from the tracer as they are.
+const SHARED: [&str; 2] = [
+    include_str!("../../src/trace/cast/mod.rs"),
+    include_str!("../../src/trace/cast/refine.rs"),
 ];
 const FILES: &str = include_str!("../../src/capi/files.rs");
 
@@ -41,7 +48,8 @@ fn c_members(declarations: &str, between: char) -> CMembers {
         let first_name = declaration.split(',').next().expect("a name");
         let start = first_name.rfind([' ', '*']).expect("a type") + 1;
         for name in declaration[start..].split(',') {
-            let (name, length) = name.trim().split_once('[').unwrap_or((name.trim(), ""));
+            let name = name.trim().trim_start_matches('*');
+            let (name, length) = name.split_once('[').unwrap_or((name, ""));
             let array = if length.is_empty() { "" } else { "[" };
             let kind = declaration[..start].replace(' ', "") + array + length;
             members.push((name.to_owned(), kind));
@@ -56,6 +64,7 @@ fn c_type(rust: &str) -> String {
         ("f32", "float"),
         ("f64", "double"),
         ("u32", "uint32_t"),
+        ("GeomId", "uint32_t"),
         ("i32", "int32_t"),
         ("usize", "size_t"),
         ("c_int", "int"),
@@ -63,6 +72,7 @@ fn c_type(rust: &str) -> String {
         ("c_void", "void"),
         ("[[f64; 4]; 3]", "double[12]"),
         ("[f32; 3]", "float[3]"),
+        ("[f32; 6]", "float[6]"),
         ("[f64; 3]", "double[3]"),
     ];
     if let Some(pointed) = rust.strip_prefix("*const ") {
@@ -186,7 +196,10 @@ fn functions_of_the_header_are_those_of_the_library() {
 
 #[test]
 fn structures_of_the_header_are_those_of_the_library() {
-    let (header, source) = (code(HEADERS[0]), SOURCES.concat());
+    let (header, mut source) = (code(HEADERS[0]), SOURCES.concat());
+    for shared in SHARED {
+        source += &shared.replace("pub struct ", "pub struct Phx");
+    }
     let fields = |text: &str, start: &str, end: &str| {
         let (_, fields) = text
             .split_once(start)
@@ -194,7 +207,7 @@ fn structures_of_the_header_are_those_of_the_library() {
         fields.split_once(end).expect("an end").0.to_owned()
     };
     let structures = source.split("\n#[repr(C)]\n").skip(1);
-    let structures = structures.filter_map(|part| part.split_once("pub struct Phx"));
+    let structures = structures.filter_map(|part| part.split_once("\npub struct Phx"));
     let names = structures.filter_map(|(_, rest)| rest.split_once(" {"));
     let names: Vec<&str> = names.map(|(name, _)| name).collect();
     let declared = header.matches("typedef struct").count();

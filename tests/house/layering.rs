@@ -332,7 +332,7 @@ const BOUNDS: [&str; 4] = [
 ];
 
 /// Files that may contain `unsafe`.
-const UNSAFE_FILES: [&str; 27] = [
+const UNSAFE_FILES: [&str; 29] = [
     "trace/simd/compact.rs",
     "trace/simd/mask_bits.rs",
     "scene/huge_pages.rs",
@@ -357,7 +357,9 @@ const UNSAFE_FILES: [&str; 27] = [
     "bench/peers/embree/mxcsr.rs",
     // Memory of callers in C.
     "capi/batch.rs",
+    "capi/columns.rs",
     "capi/files.rs",
+    "capi/hits.rs",
     "capi/ray.rs",
     "capi/rows.rs",
     "capi/scene.rs",

@@ -21,7 +21,7 @@
  *         puts(phx_error_message());
  *         return 1;
  *     }
- *     const phx_ray ray = {{1, 2, 5}, INFINITY, {0, 0, -1}};
+ *     const phx_ray ray = {{1, 2, 5}, {0, 0, -1}, INFINITY};
  *     phx_intersect(tree, &ray, NULL, &hit);
  *     printf("t %g, u %g, v %g, triangle %u\n", hit.t, hit.u, hit.v, (unsigned)hit.prim_id);
  *     phx_tree_destroy(tree);
@@ -29,7 +29,8 @@
  * }
  * @endcode
  *
- * Errors. Every function returns a status, and one that is not PHX_OK has written nothing; phx_error_message() says why. Null, NaN
+ * Errors. Every function returns a status, and one that is neither PHX_OK nor PHX_ERROR_INTERNAL has written nothing;
+ * phx_error_message() says why. Null, NaN
  * in geometry, misaligned pointers, numbers out of range, sizes that overflow and objects that have been destroyed are errors. Rays
  * that cannot hit anything (NaN, a zero direction, a tmax of 0 or less) are none: they miss.
  *
@@ -37,9 +38,11 @@
  * trees are queried by others, and edits and builds from several threads wait for each other. Forbidden are phx_tree_update and
  * phx_tree_destroy while another thread queries that tree (they refuse where a batch runs): update a clone, and exchange the two.
  *
- * Callbacks may cast rays. They must not throw, longjmp, or change the tree that is queried.
+ * Callbacks may cast rays. They must not throw, longjmp, change the tree that is queried, or call functions of a scene that other
+ * threads edit.
  *
- * Structures that begin with `size` grow with later versions: set it to sizeof, as PHX_INIT does, and zero what is not named.
+ * Structures that begin with `size` grow with later versions: set it to sizeof, and all that is not named to zero, as initialisers
+ * in braces do. Zeros are the usual settings.
  */
 #ifndef PHALANX_H
 #define PHALANX_H
@@ -167,8 +170,8 @@ phx_status phx_scene_set_name(phx_scene *scene, uint32_t geom_id, const char *na
  */
 phx_status phx_scene_get_name(const phx_scene *scene, uint32_t prim_id, char *name, size_t capacity, size_t *length);
 
-/** The box around all that is visible; the lower corner is beyond the upper one in an empty scene. */
-phx_status phx_scene_get_bounds(const phx_scene *scene, float lower[3], float upper[3]);
+/** The box around all that is visible, the lower corner first; it is beyond the upper one in an empty scene. */
+phx_status phx_scene_get_bounds(const phx_scene *scene, float bounds[6]);
 
 /* ----------------------------------------------------------------------------------------------------------------- trees */
 
@@ -177,9 +180,9 @@ typedef struct phx_tree phx_tree;
 
 /** Build time against speed of rays. No hit depends on it. */
 typedef enum phx_quality {
+    PHX_QUALITY_MEDIUM = 0,
     /** Seven tenths of the build time of medium. */
-    PHX_QUALITY_FAST = 0,
-    PHX_QUALITY_MEDIUM = 1,
+    PHX_QUALITY_FAST = 1,
     /** Six to seven times the build time of medium. */
     PHX_QUALITY_BEST = 2
 } phx_quality;
@@ -231,10 +234,10 @@ phx_status phx_tree_get_first_prim(const phx_tree *tree, uint32_t geom_id, uint3
 /** A ray: hits at origin + t · direction count if 0 < t < tmax. */
 typedef struct phx_ray {
     float origin[3];
-    /** INFINITY for no end; 1 where `direction` leads to a light. */
-    float tmax;
     /** Of any length from 1e-12 to 1e12. */
     float direction[3];
+    /** INFINITY for no end; 1 where `direction` leads to a light. */
+    float tmax;
 } phx_ray;
 
 /** A hit. On a triangle, the point is (1 − u − v) · a + u · b + v · c. */
@@ -366,17 +369,18 @@ phx_status phx_occluded_batch(const phx_tree *tree, const phx_rays *rays, const 
 /** How many primitives each ray hits (uint32_t). @param batch may be null */
 phx_status phx_count_batch(const phx_tree *tree, const phx_rays *rays, const phx_batch *batch, phx_column counts);
 
-/** All hits of rays: those of ray i, nearest first, are `hits` from starts[i] to starts[i + 1] - 1. */
+/** All hits of rays: those of ray i, nearest first, are entries starts[i] to starts[i + 1] - 1 of columns as in phx_hit. */
 typedef struct phx_hit_lists {
     size_t size;
     size_t ray_count;
     size_t hit_count;
     const size_t *starts;
-    const phx_hit *hits;
+    const float *t, *u, *v;
+    const uint32_t *prim_id, *geom_id;
     void *memory;
 } phx_hit_lists;
 
-#define PHX_HIT_LISTS {sizeof(phx_hit_lists), 0, 0, NULL, NULL, NULL}
+#define PHX_HIT_LISTS {sizeof(phx_hit_lists), 0, 0, NULL, NULL, NULL, NULL, NULL, NULL, NULL}
 
 /** All hits of every ray, in memory of the library's: to be freed by phx_hit_lists_free(). @param batch may be null */
 phx_status phx_all_hits_batch(const phx_tree *tree, const phx_rays *rays, const phx_batch *batch, phx_hit_lists *lists);

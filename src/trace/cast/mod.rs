@@ -54,6 +54,7 @@ use phalanx_scene::{GeomId, NO_GEOM};
 /// assert!(!Ray { tmax: f32::NAN, ..ray }.can_hit());
 /// assert!(!Ray { direction: [0.0; 3], ..ray }.can_hit());
 /// ```
+#[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
     /// Starting point, in scene units. A ray that starts on a surface may hit that surface again;
@@ -141,6 +142,7 @@ impl Ray {
 /// assert_eq!(Bvh::build(&scene).intersect(&ray), Some(expected));
 /// # Ok::<(), phalanx::GeometryError>(())
 /// ```
+#[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
     /// Distance, 0 < t < `tmax`, in units of the ray's direction.

@@ -5,6 +5,7 @@ use glam::{DAffine3, DVec3, Vec3};
 use phalanx_scene::{PrimKind, Scene, Triangles};
 
 /// A hit in double precision.
+#[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RefinedHit {
     /// Distance in units of the ray's direction.
