@@ -28,9 +28,9 @@ static void add_sphere(phx_scene *scene) {
     for (uint32_t i = 0; i < vertex_count; ++i) {
         const float down = (float)(i / RINGS) / RINGS * pi, turn = (float)(i % RINGS) / RINGS * 2 * pi;
         const float radius = 1 + 0.05f * sinf(9 * turn) * sinf(12 * cosf(down));
-        vertices[i][0] = radius * sinf(down) * cosf(turn);
+        vertices[i][0] = radius * (sinf(down) * cosf(turn));
         vertices[i][1] = radius * cosf(down);
-        vertices[i][2] = radius * sinf(down) * sinf(turn);
+        vertices[i][2] = radius * (sinf(down) * sinf(turn));
     }
     for (uint32_t row = 0, k = 0; row < RINGS; ++row) {
         for (uint32_t column = 0; column < RINGS; ++column, k += 2) {
@@ -48,6 +48,50 @@ static void add_sphere(phx_scene *scene) {
     free(triangles);
 }
 
+static void cross(const float a[3], const float b[3], float product[3]) {
+    for (int x = 0; x < 3; ++x) {
+        const int y = (x + 1) % 3, z = (x + 2) % 3;
+        product[x] = a[y] * b[z] - b[y] * a[z];
+    }
+}
+
+static float length(const float v[3]) {
+    return sqrtf(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+}
+
+static void normalize(float v[3]) {
+    const float scale = 1 / length(v);
+    for (int axis = 0; axis < 3; ++axis) {
+        v[axis] *= scale;
+    }
+}
+
+/* Rays from above and in front, toward the centre; neighbours in the array go about the same way. */
+static void aim(const phx_scene *scene, struct particle *particles, size_t count) {
+    const float from[3] = {0.3f, 0.4f, 1}, vertical[3] = {0, 1, 0};
+    float box[6], size[3], eye[3], ahead[3], right[3], up[3];
+    check(phx_scene_get_bounds(scene, box));
+    for (int axis = 0; axis < 3; ++axis) {
+        size[axis] = box[axis + 3] - box[axis];
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+        const float center = (box[axis] + box[axis + 3]) / 2;
+        eye[axis] = center + 0.7f * length(size) * from[axis];
+        ahead[axis] = center - eye[axis];
+    }
+    normalize(ahead);
+    cross(ahead, vertical, right);
+    normalize(right);
+    cross(right, ahead, up);
+    for (size_t k = 0; k < count; ++k) {
+        const float u = ((float)(k % SIDE) + 0.5f) / SIDE - 0.5f, v = ((float)(k / SIDE) + 0.5f) / SIDE - 0.5f;
+        for (int axis = 0; axis < 3; ++axis) {
+            particles[k].origin[axis] = eye[axis];
+            particles[k].direction[axis] = ahead[axis] + u * right[axis] - v * up[axis];
+        }
+    }
+}
+
 int main(void) {
     phx_scene *scene;
     phx_tree *tree;
@@ -55,16 +99,9 @@ int main(void) {
     add_sphere(scene);
     check(phx_tree_build(scene, NULL, &tree));
 
-    /* Neighbours in the array go about the same way: a picture in scan order is recognised. */
     const size_t count = (size_t)SIDE * SIDE;
     struct particle *particles = calloc(count, sizeof *particles);
-    for (size_t k = 0; k < count; ++k) {
-        struct particle *p = &particles[k];
-        p->origin[2] = 3;
-        p->direction[0] = ((float)(k % SIDE) + 0.5f) / SIDE - 0.5f;
-        p->direction[1] = 0.5f - ((float)(k / SIDE) + 0.5f) / SIDE;
-        p->direction[2] = -1;
-    }
+    aim(scene, particles, count);
     const size_t stride = sizeof *particles;
     const phx_rays rays = {
         .size = sizeof rays,
@@ -87,7 +124,8 @@ int main(void) {
         met += particles[k].triangle != PHX_NONE;
         sum += particles[k].distance > 0 ? particles[k].distance : 0;
     }
-    printf("%zu of %zu rays hit, at a mean distance of %.4f\n", met, count, sum / (double)met);
+    printf("%zu of %zu rays hit\n", met, count);
+    printf("at a mean distance of %.4f\n", sum / (double)met);
     free(particles);
     check(phx_tree_destroy(tree));
     check(phx_scene_destroy(scene));

@@ -1,8 +1,8 @@
 //! One ray a call.
 
-use crate::rows::{check_reserved, read, structure};
+use crate::rows::{at, check_reserved, structure};
 use crate::scene::reading;
-use crate::status::{ApiError, PhxStatus, answer};
+use crate::status::{ApiError, PhxStatus, answer, guarded, place};
 use crate::table::Opaque;
 use crate::tree::TREES;
 use phalanx::{Bvh, NO_GEOM, NO_PRIM, RayFilter, refine};
@@ -33,30 +33,37 @@ pub struct PhxFilter {
 #[inline(always)]
 unsafe fn query<T>(
     (tree, ray, filter): (*const Opaque, *const PhxRay, *const PhxFilter),
-    plain: impl FnOnce(&Bvh, &PhxRay) -> T,
-    filtered: impl FnOnce(&Bvh, &PhxRay, &RayFilter) -> T,
+    trace: impl FnOnce(&Bvh, &PhxRay, Option<&RayFilter>) -> T,
 ) -> Result<T, ApiError> {
     let bvh = TREES.get(tree)?.for_one()?;
     // SAFETY: the caller's.
-    let ray = unsafe { read("ray", ray) }?;
+    let ray = unsafe { at("ray", ray) }?;
     if filter.is_null() {
-        return Ok(plain(bvh, &ray));
+        return Ok(trace(bvh, ray, None));
     }
+    // SAFETY: the caller's.
+    unsafe { with_filter(filter, |filter| trace(bvh, ray, Some(filter))) }
+}
+
+/// Passes on the caller's filter. Not inlined, because rays without one would save its registers.
+///
+/// # Safety
+/// As the header says.
+#[inline(never)]
+unsafe fn with_filter<T>(
+    filter: *const PhxFilter,
+    trace: impl FnOnce(&RayFilter) -> T,
+) -> Result<T, ApiError> {
     // SAFETY: the caller's.
     let given = unsafe { structure(filter) }?;
     check_reserved(given.reserved)?;
-    let accept = |hit: &PhxHit| {
-        given
-            .accept
-            .is_none_or(|accept| accept(given.user, 0, hit) != 0)
-    };
-    let filter = RayFilter {
+    let accept = |hit: &PhxHit| (given.accept).is_none_or(|accept| accept(given.user, 0, hit) != 0);
+    Ok(trace(&RayFilter {
         tnear: given.tnear,
         mask: given.mask,
         ignore: given.ignore,
         accept: &accept,
-    };
-    Ok(filtered(bvh, &ray, &filter))
+    }))
 }
 
 /// A miss.
@@ -77,9 +84,20 @@ pub unsafe extern "C" fn phx_intersect(
 ) -> PhxStatus {
     // SAFETY: the caller's.
     unsafe {
-        answer("hit", hit, || {
-            let hit = query((tree, ray, filter), Bvh::intersect, Bvh::intersect_filtered)?;
-            Ok(hit.unwrap_or(MISS))
+        guarded(|| {
+            let place = place("hit", hit)?;
+            query((tree, ray, filter), |bvh, ray, filter| {
+                let is_hit = match filter {
+                    None => bvh.intersect_into(ray, place),
+                    Some(filter) => {
+                        let hit = bvh.intersect_filtered(ray, filter);
+                        hit.map(|hit| *place = hit).is_some()
+                    }
+                };
+                if !is_hit {
+                    *place = MISS;
+                }
+            })
         })
     }
 }
@@ -93,9 +111,15 @@ pub unsafe extern "C" fn phx_occluded(
 ) -> PhxStatus {
     // SAFETY: the caller's.
     unsafe {
-        answer("blocked", blocked, || {
-            let blocked = query((tree, ray, filter), Bvh::occluded, Bvh::occluded_filtered)?;
-            Ok(blocked.into())
+        guarded(|| {
+            let place = place("blocked", blocked)?;
+            query((tree, ray, filter), |bvh, ray, filter| {
+                let is_blocked = match filter {
+                    None => bvh.occluded(ray),
+                    Some(filter) => bvh.occluded_filtered(ray, filter),
+                };
+                *place = is_blocked.into();
+            })
         })
     }
 }
@@ -109,14 +133,16 @@ pub unsafe extern "C" fn phx_all_hits(
     capacity: usize,
     count: *mut usize,
 ) -> PhxStatus {
-    let plain = |bvh: &Bvh, ray: &PhxRay| bvh.all_hits_filtered(ray, &RayFilter::default());
+    let all = |bvh: &Bvh, ray: &PhxRay, filter: Option<&RayFilter>| {
+        bvh.all_hits_filtered(ray, filter.unwrap_or(&RayFilter::default()))
+    };
     // SAFETY: the caller's, for `capacity` hits.
     unsafe {
         answer("count", count, || {
             if capacity > 0 && (hits.is_null() || !hits.is_aligned()) {
                 return Err(ApiError::argument("hits is null or misaligned"));
             }
-            let all = query((tree, ray, filter), plain, Bvh::all_hits_filtered)?;
+            let all = query((tree, ray, filter), all)?;
             hits.copy_from(all.as_ptr(), all.len().min(capacity));
             Ok(all.len())
         })
@@ -134,13 +160,13 @@ pub unsafe extern "C" fn phx_refine(
     // SAFETY: the caller's.
     unsafe {
         answer("refined", refined, || {
-            let (origin, direction) = (read("origin", origin)?, read("direction", direction)?);
-            let (hit, scene) = (read("hit", hit)?, reading(scene)?);
+            let (origin, direction) = (at("origin", origin)?, at("direction", direction)?);
+            let (hit, scene) = (at("hit", hit)?, reading(scene)?);
             if u64::from(hit.prim_id) >= scene.id_count() {
                 let words = format!("the scene has no primitive {}", hit.prim_id);
                 return Err(ApiError::argument(words));
             }
-            Ok(refine(&scene, origin, direction, &hit))
+            Ok(refine(&scene, *origin, *direction, hit))
         })
     }
 }

@@ -1,6 +1,6 @@
 //! Memory that is read: structures that say their size, and rows; checked before any is touched.
 
-use crate::status::ApiError;
+use crate::status::{ApiError, misplaced};
 use std::any::type_name;
 use std::borrow::Cow;
 use std::ffi::c_void;
@@ -139,10 +139,10 @@ impl PhxRows {
 /// Null, or memory of the size that the structure says.
 pub unsafe fn structure<T: Copy>(pointer: *const T) -> Result<T, ApiError> {
     // SAFETY: the caller's: each begins with its size.
-    let size = unsafe { read::<usize>(type_name::<T>(), pointer.cast()) };
+    let size = unsafe { at::<usize>(type_name::<T>(), pointer.cast()) };
     match size.map_err(|ApiError(status, words)| ApiError(status, in_c::<T>(&words)))? {
         // SAFETY: the caller's; no field is aligned to more than its size.
-        size if size == size_of::<T>() => Ok(unsafe { *pointer }),
+        &size if size == size_of::<T>() => Ok(unsafe { *pointer }),
         size => {
             let (name, expected) = (type_name::<T>(), size_of::<T>());
             let words = format!("{name}.size is {size} and not {expected}: set it to sizeof");
@@ -176,14 +176,14 @@ fn in_c<T>(words: &str) -> String {
 /// The `T` at a pointer.
 ///
 /// # Safety
-/// Null, or memory of a `T`.
+/// Null, misaligned, or memory of a `T` that nobody writes during the call.
 #[inline(always)]
-pub unsafe fn read<T: Copy>(what: &str, pointer: *const T) -> Result<T, ApiError> {
-    if pointer.is_null() || !pointer.is_aligned() {
-        return Err(ApiError::argument(format!("{what} is null or misaligned")));
+pub unsafe fn at<'r, T>(what: &str, pointer: *const T) -> Result<&'r T, ApiError> {
+    if !pointer.is_aligned() {
+        return Err(misplaced(what));
     }
     // SAFETY: the caller's.
-    Ok(unsafe { *pointer })
+    unsafe { pointer.as_ref() }.ok_or_else(|| misplaced(what))
 }
 
 /// Refuses what this version does not know.

@@ -50,46 +50,54 @@ pub fn guarded(call: impl FnOnce() -> Result<(), ApiError>) -> PhxStatus {
     }
 }
 
-/// Runs a call that writes its answer at its end, to a place of the caller's that may be null.
+/// Runs a call that writes its answer at its end, to a place of the caller's.
 ///
 /// # Safety
-/// The place is null, misaligned or memory for a `T`.
-#[inline(always)]
-pub unsafe fn answer_if_wanted<T>(
+/// As [`place`].
+pub unsafe fn answer<T: Copy>(
     what: &str,
-    place: *mut T,
+    pointer: *mut T,
     call: impl FnOnce() -> Result<T, ApiError>,
 ) -> PhxStatus {
     guarded(|| {
-        if !place.is_aligned() {
-            return Err(ApiError::argument(format!("{what} is misaligned")));
-        }
-        let answer = call()?;
-        if !place.is_null() {
-            // SAFETY: the caller's.
-            unsafe { place.write(answer) }
-        }
+        // SAFETY: the caller's.
+        let place = unsafe { place(what, pointer) }?;
+        *place = call()?;
         Ok(())
     })
 }
 
-/// The same, for an answer that the call is for.
+/// The same, for a place that may be null.
 ///
 /// # Safety
-/// As [`answer_if_wanted`].
-#[inline(always)]
-pub unsafe fn answer<T>(
+/// As [`place`].
+pub unsafe fn answer_if_wanted<T: Copy + Default>(
     what: &str,
-    place: *mut T,
+    pointer: *mut T,
     call: impl FnOnce() -> Result<T, ApiError>,
 ) -> PhxStatus {
-    // SAFETY: the caller's.
-    unsafe {
-        answer_if_wanted(what, place, || match place.is_null() {
-            true => Err(ApiError::argument(format!("{what} is null"))),
-            false => call(),
-        })
+    let mut unwanted = T::default();
+    let pointer = if pointer.is_null() { &raw mut unwanted } else { pointer };
+    // SAFETY: the caller's, or this function's.
+    unsafe { answer(what, pointer, call) }
+}
+
+/// A place of the caller's.
+///
+/// # Safety
+/// Null, misaligned, or memory of a `T`, of which any bits are valid.
+#[inline(always)]
+pub unsafe fn place<'r, T>(what: &str, pointer: *mut T) -> Result<&'r mut T, ApiError> {
+    if !pointer.is_aligned() {
+        return Err(misplaced(what));
     }
+    // SAFETY: the caller's.
+    unsafe { pointer.as_mut() }.ok_or_else(|| misplaced(what))
+}
+
+#[cold]
+pub fn misplaced(what: &str) -> ApiError {
+    ApiError::argument(format!("{what} is null or misaligned"))
 }
 
 #[cold]

@@ -4,7 +4,7 @@
 use crate::status::{ApiError, PhxStatus};
 use std::collections::VecDeque;
 use std::ptr::{null_mut, without_provenance_mut};
-use std::sync::atomic::{AtomicPtr, AtomicU32, Ordering};
+use std::sync::atomic::{AtomicPtr, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 /// Maximum number of objects of a kind at a time.
@@ -21,8 +21,9 @@ pub struct HandleTable<T> {
 }
 
 struct HandleSlot<T> {
-    /// Odd while there is an object.
-    generation: AtomicU32,
+    /// Handle of the object, or of the last one that was here.
+    handle: AtomicUsize,
+    /// Null while there is none.
     object: AtomicPtr<T>,
 }
 
@@ -37,7 +38,7 @@ impl<T> HandleTable<T> {
             name,
             slots: [const {
                 HandleSlot {
-                    generation: AtomicU32::new(0),
+                    handle: AtomicUsize::new(0),
                     object: AtomicPtr::new(null_mut()),
                 }
             }; SLOTS],
@@ -57,47 +58,49 @@ impl<T> HandleTable<T> {
             again.pop_front().ok_or_else(none)?
         };
         let place = &self.slots[slot];
+        let generation = (place.handle.load(Ordering::Relaxed) >> 24) as u32;
+        let generation = generation.wrapping_add(1) as usize;
+        let handle = generation << 24 | slot << 8 | usize::from(self.kind);
+        place.handle.store(handle, Ordering::Relaxed);
         let object = Box::into_raw(Box::new(object));
-        place.object.store(object, Ordering::Relaxed);
-        let generation = place.generation.fetch_add(1, Ordering::Release) + 1;
-        let number = (generation as usize) << 24 | slot << 8 | usize::from(self.kind);
-        Ok(without_provenance_mut(number))
+        place.object.store(object, Ordering::Release);
+        Ok(without_provenance_mut(handle))
     }
 
     /// The object of a handle.
     #[inline(always)]
     pub fn get(&self, handle: *const Opaque) -> Result<&T, ApiError> {
-        match self.slot(handle) {
-            Some((slot, generation)) if slot.generation.load(Ordering::Acquire) == generation => {
-                // SAFETY: the object came from a box, and only `remove` frees it, after the
-                // generation has gone on. Nobody may destroy what another thread uses.
-                Ok(unsafe { &*slot.object.load(Ordering::Relaxed) })
-            }
-            _ => Err(self.refuse(handle)),
+        let slot = self.slot(handle);
+        let object = slot.object.load(Ordering::Acquire);
+        if slot.handle.load(Ordering::Relaxed) != handle.addr() || object.is_null() {
+            return Err(self.refuse(handle));
         }
+        // SAFETY: the object came from a box, and only `remove` frees it, which nobody may call
+        // while another thread uses it.
+        Ok(unsafe { &*object })
     }
 
     /// Frees the object of a handle.
     pub fn remove(&self, handle: *const Opaque) -> Result<(), ApiError> {
-        let (slot, generation) = self.slot(handle).ok_or_else(|| self.refuse(handle))?;
-        let next = generation.wrapping_add(1);
-        let (success, failure) = (Ordering::AcqRel, Ordering::Relaxed);
-        let gone = (slot.generation).compare_exchange(generation, next, success, failure);
-        gone.map_err(|_| self.refuse(handle))?;
-        // SAFETY: as in `get`, and only one thread has made the generation go on.
-        drop(unsafe { Box::from_raw(slot.object.swap(null_mut(), Ordering::Relaxed)) });
+        let slot = self.slot(handle);
+        let object = match slot.handle.load(Ordering::Relaxed) == handle.addr() {
+            true => slot.object.swap(null_mut(), Ordering::AcqRel),
+            false => null_mut(),
+        };
+        if object.is_null() {
+            return Err(self.refuse(handle));
+        }
+        // SAFETY: as in `get`, and only one thread has found the object here.
+        drop(unsafe { Box::from_raw(object) });
         let mut free = self.free.lock().unwrap_or_else(PoisonError::into_inner);
         free.1.push_back(handle.addr() >> 8 & (SLOTS - 1));
         Ok(())
     }
 
-    /// The slot that a handle of this kind names, and the generation of its object.
+    /// The slot that a handle would be of.
     #[inline(always)]
-    fn slot(&self, handle: *const Opaque) -> Option<(&HandleSlot<T>, u32)> {
-        let number = handle.addr();
-        let generation = u32::try_from(number >> 24).ok()?;
-        let is_one = number as u8 == self.kind && generation % 2 == 1;
-        is_one.then(|| (&self.slots[number >> 8 & (SLOTS - 1)], generation))
+    fn slot(&self, handle: *const Opaque) -> &HandleSlot<T> {
+        &self.slots[handle.addr() >> 8 & (SLOTS - 1)]
     }
 
     #[cold]

@@ -114,8 +114,12 @@ fn is_same(c: &str, rust: &str) -> bool {
 
 /// CMembers that are declared in Rust, such as `pub t: f32, u: f32`.
 fn rust_members(declarations: &str) -> CMembers {
-    let lines = declarations.split([',', '\n']).map(str::trim);
-    let lines = lines.filter(|line| !line.starts_with("//") && line.contains(": "));
+    let lines = declarations
+        .lines()
+        .map(str::trim)
+        .filter(|line| !line.starts_with("//"));
+    let lines = lines.flat_map(|line| line.split(',')).map(str::trim);
+    let lines = lines.filter(|line| line.contains(": "));
     let member = |line: &str| {
         let (name, kind) = line.split_once(": ").expect("a type");
         (name.trim_start_matches("pub ").to_owned(), kind.to_owned())

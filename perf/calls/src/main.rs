@@ -7,11 +7,9 @@
 //! ends. All tracers take turns; the medians of the rounds are printed, and for our batches the
 //! rate by their size. `perf/notes/calls.md` has the tables.
 //!
-//! | rays | |
-//! |---|---|
-//! | coherent | a camera's, row of pixels by row of pixels |
-//! | random | between two random points of the scene's box |
-//! | bounce | from where the camera's hit, in random order, about the normal by the cosine |
+//! `rays` has the sets of rays.
+
+mod rays;
 
 use bumpalo::Bump;
 use parry3d::query::RayCast;
@@ -21,7 +19,7 @@ use phalanx::bvh::{BuildSettings, Quality};
 use phalanx::lanes::LANES;
 use phalanx::packet::{HitPacket, RayQueue};
 use phalanx::{
-    BatchFilter, Bvh, HitBuffer, PerRay, Ray, RayBuffer, RayColumns, RayFilter, Scene, TMax, refine,
+    BatchFilter, Bvh, HitBuffer, PerRay, Ray, RayBuffer, RayColumns, RayFilter, Scene, TMax,
 };
 use std::error::Error;
 use std::path::Path;
@@ -48,7 +46,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     bvh.build_wide(0);
     let peers = peers(&scene, &settings, library.as_deref());
     let parry = parry(&scene)?;
-    for (name, rays) in ray_sets(&scene, &bvh) {
+    for (name, rays) in rays::sets(&scene, &bvh, SIDE) {
         let buffer: RayBuffer = rays.iter().copied().collect();
         let arena = Bump::new();
         let mut queue = RayQueue::with_capacity(&arena, rays.len());
@@ -219,72 +217,4 @@ fn parry(scene: &Scene) -> Result<TriMesh, Box<dyn Error>> {
 fn parry_hit(mesh: &TriMesh, ray: &Ray) -> bool {
     let ray = parry3d::query::Ray::new(ray.origin.into(), ray.direction.into());
     mesh.cast_local_ray(&ray, f32::MAX, false).is_some()
-}
-
-/// The sets of rays by name.
-fn ray_sets(scene: &Scene, bvh: &Bvh) -> [(&'static str, Vec<Ray>); 3] {
-    let bounds = scene.bounds();
-    let (center, size) = ((bounds.lo + bounds.hi) / 2.0, bounds.hi - bounds.lo);
-    let eye = center + size.length() * glam(0.2, 0.35, 1.0);
-    let ahead = (center - eye).normalize();
-    let right = ahead.cross(glam(0.0, 1.0, 0.0)).normalize();
-    let up = right.cross(ahead);
-    let pixel = |k: usize| {
-        let [x, y] = [k % SIDE, k / SIDE].map(|c| (c as f32 + 0.5) / SIDE as f32 - 0.5);
-        Ray::new(eye, ahead + 0.8 * (x * right - y * up))
-    };
-    let coherent: Vec<Ray> = (0..SIDE * SIDE).map(pixel).collect();
-    let mut seed = 1u64;
-    let mut random = move || {
-        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-        (seed >> 40) as f32 / (1u64 << 24) as f32
-    };
-    let mut point = || glam(random(), random(), random());
-    let segment = |_| {
-        let from = bounds.lo + size * point();
-        let to = bounds.lo + size * point();
-        Ray::new(from, to - from)
-    };
-    let crossing = (0..SIDE * SIDE).map(segment).collect();
-    let starts: Vec<_> = coherent
-        .iter()
-        .filter_map(|ray| surface((scene, size.length()), bvh, ray))
-        .collect();
-    let bounce = |_| {
-        let row = (point().x * starts.len() as f32) as usize % starts.len();
-        let (from, normal) = starts[row];
-        let around = loop {
-            let around = point() * 2.0 - 1.0;
-            if (0.01..1.0).contains(&around.length_squared()) {
-                break around.normalize();
-            }
-        };
-        Ray::new(from, normal + 0.999 * around)
-    };
-    let bounced = (0..SIDE * SIDE).map(bounce).collect();
-    [
-        ("coherent", coherent),
-        ("random", crossing),
-        ("bounce", bounced),
-    ]
-}
-
-fn glam(x: f32, y: f32, z: f32) -> phalanx::glam::Vec3 {
-    phalanx::glam::Vec3::new(x, y, z)
-}
-
-/// A point just off the surface that a ray hits, and the normal there toward the ray; `size` is the
-/// scene's.
-fn surface(
-    (scene, size): (&Scene, f32),
-    bvh: &Bvh,
-    ray: &Ray,
-) -> Option<(phalanx::glam::Vec3, phalanx::glam::Vec3)> {
-    let hit = bvh.intersect(ray)?;
-    let [origin, direction] = [ray.origin, ray.direction].map(|v| v.map(f64::from));
-    let refined = refine(scene, origin, direction, &hit);
-    let normal = phalanx::glam::DVec3::from(refined.normal).as_vec3();
-    let toward = -normal * normal.dot(ray.direction.into()).signum();
-    let point = phalanx::glam::DVec3::from(refined.point).as_vec3();
-    Some((point + toward * size * 1e-4, toward))
 }

@@ -46,7 +46,7 @@ impl GeometryStarts {
     }
 
     /// The geometry of a primitive, or [`NO_GEOM`].
-    #[inline]
+    #[inline(always)]
     pub(crate) fn find(&self, prim_id: u32) -> GeomId {
         self.run_of(prim_id).geometry
     }

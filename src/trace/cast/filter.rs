@@ -374,7 +374,9 @@ impl Bvh {
             any,
         };
         let ends = [&ray.origin, &ray.direction];
-        let (weights, prim_id) = OneRay::new(self).filtered(ends, ray.tmax, &filter)?;
+        let (weights, prim_id) = OneRay::new(self)
+            .filtered(ends, ray.tmax, &filter)
+            .found()?;
         Some(self.hit_of(weights, prim_id))
     }
 }

@@ -43,6 +43,7 @@ impl<'a, T: Counters> PacketKernel<'a, F32x8, T> {
     }
 
     /// Gives the stack back to the thread.
+    #[inline(never)]
     pub(super) fn give_back(self) {
         STACK.set(self.stack);
     }

@@ -27,6 +27,28 @@ pub(crate) struct OneRay<'a> {
     stack: ThreadStack,
 }
 
+/// Distance, barycentric weights and number of a hit, the last [`NO_PRIM`] for none. These sixteen
+/// bytes are returned in two registers; an `Option` would be stored by floats and loaded by wider
+/// words, which waits for the stores, fifteen cycles each time.
+#[derive(Clone, Copy)]
+pub(crate) struct OneHit {
+    weights: [f32; 3],
+    prim_id: u32,
+}
+
+impl OneHit {
+    #[inline(always)]
+    fn below(tmax: f32, best: &SingleHit) -> OneHit {
+        let (weights, prim_id) = best.below(tmax).unwrap_or(([0.0; 3], NO_PRIM));
+        OneHit { weights, prim_id }
+    }
+
+    #[inline(always)]
+    pub(crate) fn found(self) -> Option<([f32; 3], u32)> {
+        (self.prim_id != NO_PRIM).then_some((self.weights, self.prim_id))
+    }
+}
+
 impl<'a> OneRay<'a> {
     #[inline(always)]
     pub(crate) fn new(bvh: &'a Bvh) -> OneRay<'a> {
@@ -38,11 +60,10 @@ impl<'a> OneRay<'a> {
         }
     }
 
-    /// Distance, barycentric weights and number of the closest hit below `tmax` of one ray: origin
-    /// and direction.
+    /// The closest hit below `tmax` of one ray: origin and direction.
     #[inline(never)]
-    pub(crate) fn closest(&mut self, ray: [&[f32; 3]; 2], tmax: f32) -> Option<([f32; 3], u32)> {
-        self.trace(SingleClosest, ray, tmax).below(tmax)
+    pub(crate) fn closest(&mut self, ray: [&[f32; 3]; 2], tmax: f32) -> OneHit {
+        OneHit::below(tmax, &self.trace(SingleClosest, ray, tmax))
     }
 
     /// Returns true if one ray hits anything before `tmax`.
@@ -59,8 +80,8 @@ impl<'a> OneRay<'a> {
         ray: [&[f32; 3]; 2],
         tmax: f32,
         filter: &HitFilter,
-    ) -> Option<([f32; 3], u32)> {
-        self.trace(SingleFiltered(filter), ray, tmax).below(tmax)
+    ) -> OneHit {
+        OneHit::below(tmax, &self.trace(SingleFiltered(filter), ray, tmax))
     }
 
     #[inline(always)]
@@ -108,8 +129,12 @@ fn descend<S: SingleQuery>(
                 }
             }
             ChildRef::Other(index) => {
-                let packets = packets.get_or_insert_with(|| PacketKernel::of_thread(bvh));
-                other(query, state, packets, wide.others()[index as usize]);
+                other(
+                    query,
+                    state,
+                    (&mut packets, bvh),
+                    wide.others()[index as usize],
+                );
             }
             block => {
                 test_block(query, state, wide, block, &mut PacketCount::default());
@@ -139,13 +164,15 @@ fn pop<S: SingleQuery>(state: &mut RayState, stack: &WideStack) -> bool {
     false
 }
 
+/// Not inlined, or a shared library would ask where the thread's kernel lies before each ray.
 #[inline(never)]
-fn other(
+fn other<'a>(
     query: impl SingleQuery,
     state: &mut RayState,
-    packets: &mut PacketKernel<F32x8, PacketCount>,
+    (packets, bvh): (&mut Option<PacketKernel<'a, F32x8, PacketCount>>, &'a Bvh),
     leaf: OtherLeaf,
 ) {
+    let packets = packets.get_or_insert_with(|| PacketKernel::of_thread(bvh));
     test_other(query, state, packets, leaf);
 }
 
