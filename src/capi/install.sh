@@ -3,7 +3,7 @@
 #
 #   src/capi/install.sh [--levels "LEVEL..."] PREFIX [CARGO_OPTION...]
 #
-# PREFIX gets include/, lib/libphalanx.so.0 and libphalanx_files.so.0, both as static libraries too, and what CMake and pkg-config
+# PREFIX gets include/, lib/libphalanx.so.0 and libphalanx_files.so.0, the first as a static library too, and what CMake and pkg-config
 # look for. Without --levels there is one build, with the flags of `cargo build`. With it there is one for each level of x86-64: that
 # for the first lies in lib/, the others in lib/glibc-hwcaps/, of which the loader (glibc 2.33) takes the best that the CPU can run.
 set -euo pipefail
@@ -33,8 +33,11 @@ build() {
         strip --strip-unneeded "$shared/lib$library.so.0"
         [ "$shared" = "$prefix/lib" ] || continue
         ln -sf "lib$library.so.0" "$shared/lib$library.so"
-        install -m 644 "$folder/libphalanx_c.a" "$shared/lib$library.a"
-        strip --strip-debug "$shared/lib$library.a"
+        # The readers of files would make a static library of seventy megabytes.
+        if [ "$library" = phalanx ]; then
+            install -m 644 "$folder/libphalanx_c.a" "$shared/libphalanx.a"
+            strip --strip-debug "$shared/libphalanx.a"
+        fi
         install -d "$shared/pkgconfig"
         sed "s/@library@/$library/; s/@version@/$version/" "$sources/package/phalanx.pc" >"$shared/pkgconfig/$library.pc"
     done

@@ -298,35 +298,40 @@ fn what_does_not_fit_is_refused_in_words() {
 fn threads_that_share_a_scene_are_answered_or_refused() {
     let world = TwinScenes::new(14);
     let handles = [world.scene, world.tree].map(|handle| handle as usize);
-    let rounds = full_or(3_000, 300);
-    let expect = |status, kinds: &[PhxStatus]| {
-        look(status);
-        assert!(
-            status == PhxStatus::Ok || kinds.contains(&status),
-            "{status:?}"
-        );
-    };
-    std::thread::scope(|threads| {
-        for thread in 0..4 {
-            threads.spawn(move || {
-                let [scene, tree] = handles.map(|handle| handle as *mut Opaque);
-                let mut rng = Rng::new(thread);
-                for _ in 0..rounds {
-                    match thread {
-                        0 => expect(edit_by_chance(scene, &mut rng), &[]),
-                        // SAFETY: nobody casts single rays.
-                        1 => expect(
-                            unsafe { phx_tree_update(tree, scene, null(), null_mut()) },
-                            &[PhxStatus::Busy],
-                        ),
-                        _ => expect(
-                            cast_by_chance(scene, tree, &mut rng),
-                            &[PhxStatus::Busy, PhxStatus::Argument],
-                        ),
-                    }
-                }
-            });
+    let rounds = full_or(30_000, 3_000);
+    let share = |thread: u64| {
+        let [scene, tree] = handles.map(|handle| handle as *mut Opaque);
+        let mut rng = Rng::new(thread);
+        let mut call = || match thread {
+            0 => (edit_by_chance(scene, &mut rng), &[][..]),
+            1 => {
+                // SAFETY: nobody casts single rays.
+                let update = unsafe { phx_tree_update(tree, scene, null(), null_mut()) };
+                (update, &[PhxStatus::Busy][..])
+            }
+            _ => {
+                let refusals = &[PhxStatus::Busy, PhxStatus::Argument][..];
+                (cast_by_chance(scene, tree, &mut rng), refusals)
+            }
+        };
+        let mut answered = 0;
+        for _ in 0..rounds {
+            let (status, refusals) = call();
+            answered += usize::from(!look(status));
+            assert!(
+                status == PhxStatus::Ok || refusals.contains(&status),
+                "{status:?}"
+            );
         }
+        answered
+    };
+    std::thread::scope(|scope| {
+        let threads = [0, 1, 2, 3].map(|thread| scope.spawn(move || share(thread)));
+        let answered = threads.map(|thread| thread.join().expect("no panic"));
+        assert!(
+            answered[0] == rounds && answered.iter().all(|&calls| calls > 0),
+            "{answered:?}"
+        );
     });
     // SAFETY: the threads have ended.
     check(unsafe { phx_tree_update(world.tree, world.scene, null(), null_mut()) });

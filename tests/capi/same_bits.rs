@@ -105,7 +105,7 @@ fn buffer(records: &[RayRecord]) -> RayBuffer {
 #[test]
 fn a_batch_in_place_is_the_librarys_to_the_last_bit() {
     let world = TwinScenes::new(1);
-    let mut records = records(full_or(10_000_000, 200_000), 2);
+    let mut records = records(full_or(1_000_000, 100_000), 2);
     let expected = buffer(&records);
     let mut hits = HitBuffer::new(records.len());
     world

@@ -7,9 +7,11 @@ use std::path::{Path, PathBuf};
 /// Files of `src` that are not Rust sources.
 const OTHERS: [&str; 1] = ["report/html/style.css"];
 
-/// The Python package, except its extension, the page of `phalanx view`, and headers for C.
-const PACKAGES: [&str; 6] = [
+/// The Python package, except its extension, the page of `phalanx view`, and what C has.
+const PACKAGES: [&str; 8] = [
     "capi/include/",
+    "capi/install.sh",
+    "capi/package/",
     "view/page/",
     "python/phalanx/",
     "python/pyproject.toml",
