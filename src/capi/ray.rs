@@ -1,6 +1,6 @@
 //! One ray a call.
 
-use crate::rows::{at, check_reserved, structure};
+use crate::rows::{check_reserved, read, structure};
 use crate::scene::reading;
 use crate::status::{ApiError, PhxStatus, answer, guarded, place};
 use crate::table::Opaque;
@@ -37,7 +37,7 @@ unsafe fn query<T>(
 ) -> Result<T, ApiError> {
     let bvh = TREES.get(tree)?.for_one()?;
     // SAFETY: the caller's.
-    let ray = unsafe { at("ray", ray) }?;
+    let ray = unsafe { read("ray", ray) }?;
     if filter.is_null() {
         return Ok(trace(bvh, ray, None));
     }
@@ -160,8 +160,8 @@ pub unsafe extern "C" fn phx_refine(
     // SAFETY: the caller's.
     unsafe {
         answer("refined", refined, || {
-            let (origin, direction) = (at("origin", origin)?, at("direction", direction)?);
-            let (hit, scene) = (at("hit", hit)?, reading(scene)?);
+            let (origin, direction) = (read("origin", origin)?, read("direction", direction)?);
+            let (hit, scene) = (read("hit", hit)?, reading(scene)?);
             if u64::from(hit.prim_id) >= scene.id_count() {
                 let words = format!("the scene has no primitive {}", hit.prim_id);
                 return Err(ApiError::argument(words));

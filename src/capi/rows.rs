@@ -139,7 +139,7 @@ impl PhxRows {
 /// Null, or memory of the size that the structure says.
 pub unsafe fn structure<T: Copy>(pointer: *const T) -> Result<T, ApiError> {
     // SAFETY: the caller's: each begins with its size.
-    let size = unsafe { at::<usize>(type_name::<T>(), pointer.cast()) };
+    let size = unsafe { read::<usize>(type_name::<T>(), pointer.cast()) };
     match size.map_err(|ApiError(status, words)| ApiError(status, in_c::<T>(&words)))? {
         // SAFETY: the caller's; no field is aligned to more than its size.
         &size if size == size_of::<T>() => Ok(unsafe { *pointer }),
@@ -178,7 +178,7 @@ fn in_c<T>(words: &str) -> String {
 /// # Safety
 /// Null, misaligned, or memory of a `T` that nobody writes during the call.
 #[inline(always)]
-pub unsafe fn at<'r, T>(what: &str, pointer: *const T) -> Result<&'r T, ApiError> {
+pub unsafe fn read<'r, T>(what: &str, pointer: *const T) -> Result<&'r T, ApiError> {
     if !pointer.is_aligned() {
         return Err(misplaced(what));
     }

@@ -1,6 +1,6 @@
 //! Scenes: what is added to them, named and moved.
 
-use crate::rows::{PhxRows, WrittenRows, at, structure};
+use crate::rows::{PhxRows, WrittenRows, read, structure};
 use crate::status::{ApiError, PhxStatus, answer, answer_if_wanted, guarded};
 use crate::table::{HandleTable, Opaque};
 use phalanx::glam::{DAffine3, DVec3};
@@ -172,7 +172,7 @@ pub unsafe extern "C" fn phx_scene_add_spheres(
 /// Null, or twelve numbers.
 unsafe fn map(rows: *const [[f64; 4]; 3]) -> Result<DAffine3, ApiError> {
     // SAFETY: the caller's.
-    let [x, y, z] = unsafe { at("to_world", rows) }?;
+    let [x, y, z] = unsafe { read("to_world", rows) }?;
     let column = |k: usize| DVec3::new(x[k], y[k], z[k]);
     let [x, y, z, offset] = [0, 1, 2, 3].map(column);
     Ok(DAffine3::from_cols(x, y, z, offset))
