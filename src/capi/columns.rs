@@ -44,8 +44,8 @@ impl PhxColumn {
         let rows = PhxRows { data, stride };
         outputs.0.push((name, rows.check::<T>(name, count)?));
         check_reserved(self.reserved)?;
-        if count > 1 && stride < size_of::<T>() {
-            let words = format!("{name} has a stride of {stride}: rows would overlap");
+        if count > 1 && stride == 0 {
+            let words = format!("{name} has a stride of 0: rows would overlap");
             return Err(ApiError::argument(words));
         }
         let miss = match self.miss {

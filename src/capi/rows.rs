@@ -86,6 +86,10 @@ impl PhxRows {
             )));
         }
         let row = size_of::<T>();
+        if count > 1 && (1..row).contains(&stride) {
+            let words = format!("{what} has a stride of {stride}, and rows of {row} bytes");
+            return Err(ApiError::argument(words));
+        }
         let bytes = (count - 1).checked_mul(stride);
         let bytes = bytes.and_then(|bytes| bytes.checked_add(row));
         let fits = |bytes: &usize| *bytes <= MAX_ADDRESS.saturating_sub(start);

@@ -90,15 +90,16 @@ uint32_t phx_version(void);
 const char *phx_instruction_set(void);
 
 /**
- * Rows in memory: the first at `data`, each next one `stride` bytes further on. For inputs, a stride of 0 repeats the first row for
- * all. Addresses and strides are multiples of 4, but for columns of bytes. What rows hold is said where they are used.
+ * Rows in memory: the first at `data`, each next one `stride` bytes further on, which is at least a row; for inputs, a stride of 0
+ * repeats the first row for all. Addresses and strides are multiples of 4, but for columns of bytes. What rows hold is said where
+ * they are used; three numbers each in a flat array of floats are {data, 12}.
  */
 typedef struct phx_rows {
     const void *data;
     size_t stride;
 } phx_rows;
 
-/** Rows of `array`, an array of arrays or of structures: one after another. */
+/** Rows of `array`, whose elements are rows: an array of float[3], not of float, for three numbers a row. */
 #define PHX_ROWS(array) {(array), sizeof *(array)}
 
 /* ---------------------------------------------------------------------------------------------------------------- scenes */
