@@ -22,8 +22,8 @@ static void check(phx_status status) {
 /* A wavy sphere. */
 static void add_sphere(phx_scene *scene) {
     const size_t vertex_count = (size_t)(RINGS + 1) * RINGS, triangle_count = 2 * (size_t)RINGS * RINGS;
-    float(*vertices)[3] = malloc(vertex_count * sizeof *vertices);
-    uint32_t(*triangles)[3] = malloc(triangle_count * sizeof *triangles);
+    float(*vertices)[3] = (float(*)[3])malloc(vertex_count * sizeof *vertices);
+    uint32_t(*triangles)[3] = (uint32_t(*)[3])malloc(triangle_count * sizeof *triangles);
     const float pi = 3.14159265f;
     for (uint32_t i = 0; i < vertex_count; ++i) {
         const float down = (float)(i / RINGS) / RINGS * pi, turn = (float)(i % RINGS) / RINGS * 2 * pi;
@@ -100,22 +100,14 @@ int main(void) {
     check(phx_tree_build(scene, NULL, &tree));
 
     const size_t count = (size_t)SIDE * SIDE;
-    struct particle *particles = calloc(count, sizeof *particles);
+    struct particle *particles = (struct particle *)calloc(count, sizeof *particles);
     aim(scene, particles, count);
-    const size_t stride = sizeof *particles;
-    const phx_rays rays = {
-        .size = sizeof rays,
-        .count = count,
-        .origin = {particles->origin, stride},
-        .direction = {particles->direction, stride},
-    };
-    const phx_hits hits = {
-        .size = sizeof hits,
-        .t = {&particles->distance, stride, PHX_MISS_MINUS_ONE, 0},
-        .prim_id = {&particles->triangle, stride, PHX_MISS_DEFAULT, 0},
-        .normal = {particles->normal, stride, PHX_MISS_UNCHANGED, 0},
-        .scene = scene,
-    };
+    const phx_rays rays = PHX_RAYS(count, PHX_FIELD(particles, origin), PHX_FIELD(particles, direction));
+    phx_hits hits = PHX_HITS;
+    hits.t = PHX_COLUMN(particles, distance, PHX_MISS_MINUS_ONE);
+    hits.prim_id = PHX_COLUMN(particles, triangle, PHX_MISS_DEFAULT);
+    hits.normal = PHX_COLUMN(particles, normal, PHX_MISS_UNCHANGED);
+    hits.scene = scene;
     check(phx_intersect_batch(tree, &rays, NULL, &hits));
 
     size_t met = 0;

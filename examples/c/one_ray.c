@@ -18,13 +18,12 @@ int main(void) {
     const float centers[1][3] = {{1, 2, 0}};
     const float radii[1] = {1};
     const phx_mesh mesh = PHX_MESH(vertices, 4, triangles, 2);
-    const phx_rows center_rows = PHX_ROWS(centers), radius_rows = PHX_ROWS(radii);
     phx_scene *scene;
     phx_tree *tree;
     uint32_t floor, ball;
     check(phx_scene_create(&scene));
     check(phx_scene_add_mesh(scene, &mesh, &floor));
-    check(phx_scene_add_spheres(scene, center_rows, radius_rows, 1, &ball));
+    check(phx_scene_add_spheres(scene, PHX_ROWS(centers), PHX_ROWS(radii), 1, &ball));
     check(phx_tree_build(scene, NULL, &tree));
 
     const phx_ray ray = {{0, 4, 6}, {0.1f, -0.7f, -1}, INFINITY};

@@ -70,9 +70,13 @@ impl AnswerColumns<'_> {
         if columns.inst_id.is_none() && columns.normal.is_none() {
             return Ok(columns);
         }
+        if hits.scene.is_null() {
+            let words = "phx_hits.scene is null, and inst_id and normal need it";
+            return Err(ApiError::argument(words));
+        }
         let scene = reading(hits.scene)?;
         if !bvh.is_current(&scene) {
-            let words = "the tree is not that of the scene as it is now";
+            let words = "the tree is not that of the scene as it is now: see phx_tree_update";
             return Err(ApiError::argument(words));
         }
         Ok(AnswerColumns {

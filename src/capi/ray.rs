@@ -57,6 +57,10 @@ unsafe fn with_filter<T>(
     // SAFETY: the caller's.
     let given = unsafe { structure(filter) }?;
     check_reserved(given.reserved)?;
+    if given.mask == 0 {
+        let words = "phx_filter.mask is 0, and no hit would count: begin with PHX_FILTER";
+        return Err(ApiError::argument(words));
+    }
     let accept = |hit: &PhxHit| (given.accept).is_none_or(|accept| accept(given.user, 0, hit) != 0);
     Ok(trace(&RayFilter {
         tnear: given.tnear,

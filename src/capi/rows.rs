@@ -87,7 +87,8 @@ impl PhxRows {
         }
         let row = size_of::<T>();
         if count > 1 && (1..row).contains(&stride) {
-            let words = format!("{what} has a stride of {stride}, and rows of {row} bytes");
+            let rows = format!("rows of {row} bytes: set {row} for a flat array");
+            let words = format!("{what} has a stride of {stride}, and {rows}");
             return Err(ApiError::argument(words));
         }
         let bytes = (count - 1).checked_mul(stride);

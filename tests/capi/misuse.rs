@@ -4,6 +4,7 @@
 use crate::full_or::full_or;
 use crate::rng::Rng;
 use crate::world::{self, NO_COLUMN, NO_HITS, NO_ROWS, TwinScenes, check, mesh, no_lists};
+use phalanx::Ray;
 use phalanx_c::batch::*;
 use phalanx_c::columns::PhxColumn;
 use phalanx_c::hits::PhxHits;
@@ -295,6 +296,11 @@ fn what_does_not_fit_is_refused_in_words() {
             PhxStatus::Argument,
             "vertices has a stride of 4, and rows of 12 bytes",
         );
+        let ray = Ray::new([0.0; 3], [1.0; 3]);
+        let (mut hit, mut zeros) = (MISS, std::mem::zeroed::<PhxFilter>());
+        zeros.size = size_of::<PhxFilter>();
+        let zeros = phx_intersect(world.tree, &ray, &zeros, &mut hit);
+        words(zeros, PhxStatus::Argument, "phx_filter.mask is 0");
         let mut scene = null_mut();
         words(
             phx_scene_create_for(9_900, &mut scene),

@@ -34,8 +34,6 @@ fn there_are_few_test_binaries() {
     let of_tests = paths.filter(|path| {
         path.extension().is_some_and(|e| e == "rs") || path.join("main.rs").exists()
     });
-    // The library for C is no default member, and its tests are linked by `.ci/capi` alone.
-    let of_tests = of_tests.filter(|path| !path.ends_with("capi"));
     // One belongs to the program itself.
     let mut binaries = 1 + of_tests.count();
     for (manifest, sources) in CRATES {

@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 const OTHERS: [&str; 1] = ["report/html/style.css"];
 
 /// The Python package, except its extension, the page of `phalanx view`, and what C has.
-const PACKAGES: [&str; 8] = [
+const PACKAGES: [&str; 9] = [
+    "capi/README.md",
     "capi/include/",
     "capi/install.sh",
     "capi/package/",

@@ -41,8 +41,15 @@
  * Callbacks may cast rays. They must not throw, longjmp, change the tree that is queried, or call functions of a scene that other
  * threads edit.
  *
- * Structures that begin with `size` grow with later versions: set it to sizeof, and all that is not named to zero, as initialisers
- * in braces do. Zeros are the usual settings.
+ * Numbers. A geometry's number, geom_id, is given when it is added and stays; prototypes are counted apart. A primitive's number,
+ * prim_id, counts over the whole scene, what instances show behind all else. So that of an instance's triangle changes where geometry
+ * is added: keep geom_id, and the row within it (phx_hits.local_prim_id).
+ *
+ * Ranges. Surfaces are made for sizes from 1e-6 to 1e6 units and directions for lengths from 1e-12 to 1e12; beyond, squares leave
+ * the range of single precision, and rays may miss.
+ *
+ * Structures that begin with `size` grow with later versions. Begin with their macros (PHX_FILTER, PHX_BATCH, PHX_HITS, ...) and set
+ * what is to be otherwise.
  */
 #ifndef PHALANX_H
 #define PHALANX_H
@@ -99,8 +106,19 @@ typedef struct phx_rows {
     size_t stride;
 } phx_rows;
 
-/** Rows of `array`, whose elements are rows: an array of float[3], not of float, for three numbers a row. */
-#define PHX_ROWS(array) {(array), sizeof *(array)}
+/** Rows of `array`, a pointer whose elements are rows: to float[3], not to float, for three numbers a row. */
+#ifdef __cplusplus
+#define PHX_ROWS(array) (phx_rows{(array), sizeof *(array)})
+#else
+#define PHX_ROWS(array) ((phx_rows){(array), sizeof *(array)})
+#endif
+
+/** Rows of a field in an array of structures: PHX_FIELD(particles, position). */
+#ifdef __cplusplus
+#define PHX_FIELD(array, field) (phx_rows{&(array)->field, sizeof *(array)})
+#else
+#define PHX_FIELD(array, field) ((phx_rows){&(array)->field, sizeof *(array)})
+#endif
 
 /* ---------------------------------------------------------------------------------------------------------------- scenes */
 
@@ -127,7 +145,7 @@ typedef struct phx_mesh {
     size_t triangle_count;
 } phx_mesh;
 
-/** A mesh of arrays of float[3] and of uint32_t[3]. */
+/** A mesh of arrays of float[3] and of uint32_t[3]; the first may be of structures that begin with a position. */
 #define PHX_MESH(vertices, vertex_count, triangles, triangle_count)                                                               \
     {sizeof(phx_mesh), PHX_ROWS(vertices), (vertex_count), PHX_ROWS(triangles), (triangle_count)}
 
@@ -137,7 +155,10 @@ typedef struct phx_mesh {
  */
 phx_status phx_scene_add_mesh(phx_scene *scene, const phx_mesh *mesh, uint32_t *geom_id);
 
-/** Adds spheres: three numbers (float) a centre, one (float, positive) a radius. A ray that starts within one hits its far side. */
+/**
+ * Adds spheres: three numbers (float) a centre, one (float, positive) a radius. They are one geometry, and do not move. A ray that
+ * starts within one hits its far side.
+ */
 phx_status phx_scene_add_spheres(phx_scene *scene, phx_rows centers, phx_rows radii, size_t count, uint32_t *geom_id);
 
 /** Adds a mesh that is seen through its instances alone, and stored once however many there are. At least one triangle. */
@@ -171,7 +192,7 @@ phx_status phx_scene_set_name(phx_scene *scene, uint32_t geom_id, const char *na
  */
 phx_status phx_scene_get_name(const phx_scene *scene, uint32_t prim_id, char *name, size_t capacity, size_t *length);
 
-/** The box around all that is visible, the lower corner first; it is beyond the upper one in an empty scene. */
+/** A box around all that is visible, the lower corner first, rounded outward; that is beyond the upper one in an empty scene. */
 phx_status phx_scene_get_bounds(const phx_scene *scene, float bounds[6]);
 
 /* ----------------------------------------------------------------------------------------------------------------- trees */
@@ -188,7 +209,7 @@ typedef enum phx_quality {
     PHX_QUALITY_BEST = 2
 } phx_quality;
 
-/** Settings of a build. */
+/** Settings of a build; {sizeof, PHX_QUALITY_MEDIUM, 0} are the usual ones. */
 typedef struct phx_build_settings {
     size_t size;
     /** A phx_quality. */
@@ -253,15 +274,18 @@ typedef struct phx_hit {
     uint32_t geom_id;
 } phx_hit;
 
-/** Whether a hit counts: not 0 if it does. To be decided by the hit alone; a sphere may be offered twice. `ray` is 0 for one ray. */
+/**
+ * Whether a hit counts: not 0 if it does. To be decided by the ray and the hit alone: hits are offered in any order, those of a sphere
+ * twice, and many that are not the closest. `ray` is the number within a batch, 0 for one ray.
+ */
 typedef int (*phx_accept)(void *user, size_t ray, const phx_hit *hit);
 
-/** Which hits count, beside a ray's tmax. PHX_FILTER accepts all. */
+/** Which hits count, beside a ray's tmax. PHX_FILTER accepts all; zeros would not. */
 typedef struct phx_filter {
     size_t size;
     /** Hits count beyond this. */
     float tnear;
-    /** Hits count on geometries whose mask shares a bit with this. */
+    /** Hits count on geometries whose mask shares a bit with this; 0 is an error. */
     uint32_t mask;
     /** A prim_id that does not count, such as that of the triangle that a ray leaves; PHX_NONE for none. */
     uint32_t ignore;
@@ -311,7 +335,10 @@ typedef struct phx_rays {
     phx_rows tmax;
 } phx_rays;
 
-/** Which hits of a batch count, and how many threads look for them. All zero but `size`: all, with a thread per CPU. */
+/** Rays whose origins and directions are rows: PHX_RAYS(count, PHX_FIELD(particles, position), PHX_FIELD(particles, velocity)). */
+#define PHX_RAYS(count, origin, direction) {sizeof(phx_rays), (count), origin, direction, {NULL, 0}}
+
+/** Which hits of a batch count, and how many threads look for them. PHX_BATCH: all, with a thread per CPU. */
 typedef struct phx_batch {
     size_t size;
     /** One number a ray (float; uint32_t; uint32_t) as in phx_filter; null for none. */
@@ -324,13 +351,15 @@ typedef struct phx_batch {
     uint32_t reserved;
 } phx_batch;
 
+#define PHX_BATCH {sizeof(phx_batch), {NULL, 0}, {NULL, 0}, {NULL, 0}, NULL, NULL, 0, 0}
+
 /** What is written for a ray that misses. */
 typedef enum phx_miss {
     /** As in phx_hit; a normal of zero. */
     PHX_MISS_DEFAULT = 0,
     /** Nothing: what was there stays. */
     PHX_MISS_UNCHANGED = 1,
-    /** -1; all bits of a number of an object. */
+    /** -1.0f in columns of float, UINT32_MAX in those of uint32_t, 255 in those of bytes. */
     PHX_MISS_MINUS_ONE = 2
 } phx_miss;
 
@@ -343,9 +372,16 @@ typedef struct phx_column {
     uint32_t reserved;
 } phx_column;
 
+/** An output in a field of an array of structures: PHX_COLUMN(particles, distance, PHX_MISS_MINUS_ONE). */
+#ifdef __cplusplus
+#define PHX_COLUMN(array, field, miss) (phx_column{&(array)->field, sizeof *(array), (miss), 0})
+#else
+#define PHX_COLUMN(array, field, miss) ((phx_column){&(array)->field, sizeof *(array), (miss), 0})
+#endif
+
 /**
- * Where hits of a batch go: fields of the caller's own structures, or arrays. Columns may lie among the rays' own rows, of the same
- * ray: those of such a batch are copied first (28 bytes a ray).
+ * Where hits of a batch go: fields of the caller's own structures, or arrays. They may be written over what a batch reads, which is
+ * copied first then (28 bytes a ray), but not over each other.
  */
 typedef struct phx_hits {
     size_t size;
@@ -360,6 +396,12 @@ typedef struct phx_hits {
     /** For `inst_id` and `normal`: the scene, in the state that the tree was built or updated for. It waits for edits. */
     const phx_scene *scene;
 } phx_hits;
+
+/** No outputs: hits = PHX_HITS, then hits.t = PHX_COLUMN(...), and so on. */
+#define PHX_NO_COLUMN {NULL, 0, 0, 0}
+#define PHX_HITS                                                                                                                  \
+    {sizeof(phx_hits), PHX_NO_COLUMN, PHX_NO_COLUMN, PHX_NO_COLUMN, PHX_NO_COLUMN, PHX_NO_COLUMN, PHX_NO_COLUMN, PHX_NO_COLUMN,    \
+     PHX_NO_COLUMN, NULL}
 
 /** The closest hit of every ray. @param batch may be null */
 phx_status phx_intersect_batch(const phx_tree *tree, const phx_rays *rays, const phx_batch *batch, const phx_hits *hits);

@@ -91,9 +91,11 @@ impl Bvh {
     /// # Ok::<(), phalanx::GeometryError>(())
     /// ```
     pub fn is_current(&self, scene: &Scene) -> bool {
-        self.parts
-            .as_ref()
-            .is_some_and(|parts| parts.edits == scene.edits())
+        match &self.parts {
+            Some(parts) => parts.edits == scene.edits(),
+            // Only a tree without primitives costs nothing.
+            None => self.sah == 0.0 && scene.visible_count() == 0,
+        }
     }
 
     /// Follows a scene; returns false if the tree has to be built anew.
