@@ -314,7 +314,11 @@ pub unsafe extern "C" fn phx_all_hits_batch(
     // SAFETY: the caller's.
     unsafe {
         answer("lists", lists, || {
-            let size = structure(lists)?.size;
+            let PhxHitLists { size, memory, .. } = structure(lists)?;
+            if !memory.is_null() {
+                let words = "the lists are in use: phx_hit_lists_free empties them";
+                return Err(ApiError::argument(words));
+            }
             let all = with_batch((rays, batch), WrittenRows::NONE, trace)?;
             Ok(PhxHitLists {
                 size,
@@ -334,6 +338,9 @@ pub unsafe extern "C" fn phx_all_hits_batch(
 
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn phx_hit_lists_free(lists: *mut PhxHitLists) -> PhxStatus {
+    if lists.is_null() {
+        return PhxStatus::Ok;
+    }
     // SAFETY: the caller's; zeros are valid.
     unsafe {
         answer("lists", lists, || {

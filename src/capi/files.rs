@@ -1,7 +1,7 @@
 //! Scenes out of files.
 
-use crate::scene::{SCENES, check_build, text};
-use crate::status::{ApiError, PhxStatus, answer};
+use crate::scene::{SCENES, check_version, text};
+use crate::status::{ApiError, PhxStatus, first_answer};
 use crate::table::Opaque;
 use phalanx::formats::Options;
 use phalanx::open::open;
@@ -18,8 +18,8 @@ pub unsafe extern "C" fn phx_scene_open_for(
 ) -> PhxStatus {
     // SAFETY: the caller's.
     unsafe {
-        answer("scene", scene, || {
-            check_build(version)?;
+        first_answer("scene", scene, || {
+            check_version(version)?;
             let opened = open(Path::new(text("name", name)?), &Options::default());
             let opened = opened.map_err(|error| ApiError(PhxStatus::File, words(&error)))?;
             SCENES.insert(RwLock::new(opened.scene))

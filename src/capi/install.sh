@@ -7,16 +7,16 @@
 # look for. Without --levels there is one build, with the flags of `cargo build`. With it there is one for each level of x86-64: that
 # for the first lies in lib/, the others in lib/glibc-hwcaps/, of which the loader (glibc 2.33) takes the best that the CPU can run.
 set -euo pipefail
-cd "$(dirname "$0")/../.."
 
 levels=()
-if [ "${1-}" = --levels ]; then
-    read -ra levels <<<"${2-}"
+if [ "${1-}" = --levels ] && [ $# -gt 1 ]; then
+    read -ra levels <<<"$2"
     shift 2
 fi
-[[ $# -gt 0 && $1 != -* ]] || { sed -n 's/^#  *\(src\/capi\/install.*\)/usage: \1/p' "$0" >&2; exit 2; }
+[[ $# -gt 0 && $1 != -* && " $* " != *" --target"* ]] || { sed -n 's/^#  *\(src\/capi\/install.*\)/usage: \1/p' "$0" >&2; exit 2; }
 prefix=$(realpath -m "$1")
 shift
+cd "$(dirname "$0")/../.."
 target=$(realpath -m "${CARGO_TARGET_DIR:-target}")
 sources=src/capi
 
@@ -39,10 +39,13 @@ build() {
             strip --strip-debug "$shared/libphalanx.a"
         fi
         install -d "$shared/pkgconfig"
-        sed "s/@library@/$library/; s/@version@/$version/" "$sources/package/phalanx.pc" >"$shared/pkgconfig/$library.pc"
+        install -m 644 "$sources/package/phalanx.pc" "$shared/pkgconfig/$library.pc"
+        sed -i "s/@library@/$library/; s/@version@/$version/" "$shared/pkgconfig/$library.pc"
     done
 }
 
+# Those of another time, which the loader would prefer.
+rm -f "$prefix"/lib/glibc-hwcaps/*/libphalanx{,_files}.so.0
 if [ ${#levels[@]} = 0 ]; then
     shared=$prefix/lib folder=$target/release
     build "$@"

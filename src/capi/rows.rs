@@ -14,8 +14,11 @@ pub struct PhxRows {
     pub stride: usize,
 }
 
-/// No program's memory goes further, on x86-64 or ARM.
-const MAX_ADDRESS: usize = 1 << 48;
+/// Maximum number of rows: that of primitives, and of rays of a batch.
+const MAX_ROWS: usize = u32::MAX as usize;
+
+/// Maximum number of bytes of an allocation.
+const MAX_BYTES: usize = isize::MAX as usize;
 
 /// Where checked rows lie.
 #[derive(Clone, Copy, Default)]
@@ -91,9 +94,9 @@ impl PhxRows {
             let words = format!("{what} has a stride of {stride}, and {rows}");
             return Err(ApiError::argument(words));
         }
-        let bytes = (count - 1).checked_mul(stride);
+        let bytes = stride.checked_mul(count - 1);
         let bytes = bytes.and_then(|bytes| bytes.checked_add(row));
-        let fits = |bytes: &usize| *bytes <= MAX_ADDRESS.saturating_sub(start);
+        let fits = |bytes: &usize| count <= MAX_ROWS && (*bytes).max(stride) <= MAX_BYTES;
         let bytes = bytes.filter(fits).ok_or_else(|| {
             let words = format!("{what} has {count} rows of {stride} bytes: more than memory");
             ApiError::argument(words)

@@ -1,13 +1,14 @@
 //! Scenes: what is added to them, named and moved.
 
 use crate::rows::{PhxRows, WrittenRows, read, structure};
-use crate::status::{ApiError, PhxStatus, answer, answer_if_wanted, guarded};
+use crate::status::{ApiError, PhxStatus, answer, answer_if_wanted, first_answer, guarded};
 use crate::table::{HandleTable, Opaque};
 use phalanx::glam::{DAffine3, DVec3};
 use phalanx::{Scene, isa};
 use std::borrow::Cow;
 use std::ffi::{CStr, CString, c_char};
-use std::sync::{OnceLock, PoisonError, RwLock, RwLockReadGuard};
+use std::mem;
+use std::sync::{OnceLock, PoisonError, RwLock, RwLockReadGuard, TryLockError};
 
 pub static SCENES: HandleTable<RwLock<Scene>> = HandleTable::new(0x53, "scene");
 
@@ -31,12 +32,12 @@ pub fn reading<'s>(scene: *const Opaque) -> Result<RwLockReadGuard<'s, Scene>, A
 /// An edit, and the number that it returns.
 fn edit<T: Copy + Default>(
     scene: *mut Opaque,
-    number: *mut T,
+    (name, number): (&str, *mut T),
     edit: impl FnOnce(&mut Scene) -> Result<T, ApiError>,
 ) -> PhxStatus {
     // SAFETY: null or the caller's, as every function says.
     unsafe {
-        answer_if_wanted("the place for a number", number, || {
+        answer_if_wanted(name, number, || {
             let scene = SCENES.get(scene)?.write();
             edit(&mut scene.unwrap_or_else(PoisonError::into_inner))
         })
@@ -44,28 +45,23 @@ fn edit<T: Copy + Default>(
 }
 
 /// Where no number is returned.
-const NOTHING: *mut () = std::ptr::null_mut();
+const NOTHING: (&str, *mut ()) = ("", std::ptr::null_mut());
 
-/// Refuses headers of other versions, and CPUs that the library is not built for.
-pub fn check_build(version: u32) -> Result<(), ApiError> {
-    if version / 100 != VERSION / 100 || version > VERSION {
-        let words = format!("phalanx.h is of version {version}, and the library of {VERSION}");
-        return Err(ApiError(PhxStatus::Version, words));
+/// Refuses headers that are newer, or of another ABI.
+pub fn check_version(version: u32) -> Result<(), ApiError> {
+    if version / 10_000 == VERSION / 10_000 && version <= VERSION {
+        return Ok(());
     }
-    if let Some(lacking) = (isa::extensions().iter()).find(|e| e.compiled && !e.present) {
-        let (level, name) = (isa::compiled_level(), lacking.name);
-        let words = format!("the library is built for {level}: this CPU lacks {name}");
-        return Err(ApiError(PhxStatus::Version, words));
-    }
-    Ok(())
+    let words = format!("phalanx.h is of version {version}, and the library of {VERSION}");
+    Err(ApiError(PhxStatus::Version, words))
 }
 
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn phx_scene_create_for(version: u32, scene: *mut *mut Opaque) -> PhxStatus {
     // SAFETY: the caller's.
     unsafe {
-        answer("scene", scene, || {
-            check_build(version)?;
+        first_answer("scene", scene, || {
+            check_version(version)?;
             SCENES.insert(RwLock::default())
         })
     }
@@ -98,7 +94,20 @@ pub extern "C" fn phx_instruction_set() -> *const c_char {
 
 #[unsafe(no_mangle)]
 pub extern "C" fn phx_scene_destroy(scene: *mut Opaque) -> PhxStatus {
-    guarded(|| if scene.is_null() { Ok(()) } else { SCENES.remove(scene) })
+    guarded(|| {
+        if scene.is_null() {
+            return Ok(());
+        }
+        // It stays taken, so that nobody begins to use it.
+        mem::forget(match SCENES.get(scene)?.try_write() {
+            Err(TryLockError::WouldBlock) => {
+                let words = "the scene is built, edited or looked at";
+                return Err(ApiError(PhxStatus::Busy, words.into()));
+            }
+            taken => taken,
+        });
+        SCENES.remove(scene)
+    })
 }
 
 /// Rows of three numbers.
@@ -129,7 +138,7 @@ pub unsafe extern "C" fn phx_scene_add_mesh(
     mesh: *const PhxMesh,
     geom_id: *mut u32,
 ) -> PhxStatus {
-    edit(scene, geom_id, |scene| {
+    edit(scene, ("geom_id", geom_id), |scene| {
         // SAFETY: the caller's.
         let (vertices, triangles) = unsafe { rows_of(mesh) }?;
         Ok(scene.add_mesh(&vertices, &triangles)?)
@@ -142,7 +151,7 @@ pub unsafe extern "C" fn phx_scene_add_prototype(
     mesh: *const PhxMesh,
     prototype: *mut u32,
 ) -> PhxStatus {
-    edit(scene, prototype, |scene| {
+    edit(scene, ("prototype", prototype), |scene| {
         // SAFETY: the caller's.
         let (vertices, triangles) = unsafe { rows_of(mesh) }?;
         Ok(scene.add_prototype(&vertices, &triangles)?)
@@ -157,7 +166,7 @@ pub unsafe extern "C" fn phx_scene_add_spheres(
     count: usize,
     geom_id: *mut u32,
 ) -> PhxStatus {
-    edit(scene, geom_id, |scene| {
+    edit(scene, ("geom_id", geom_id), |scene| {
         // SAFETY: the caller's.
         let centers = unsafe { centers.all("centers", count, WrittenRows::NONE) }?;
         // SAFETY: the caller's.
@@ -186,7 +195,7 @@ pub unsafe extern "C" fn phx_scene_add_instance(
     geom_id: *mut u32,
 ) -> PhxStatus {
     // SAFETY: the caller's.
-    edit(scene, geom_id, |scene| {
+    edit(scene, ("geom_id", geom_id), |scene| {
         Ok(scene.add_instance(prototype, unsafe { map(to_world) }?)?)
     })
 }

@@ -1,10 +1,11 @@
 //! Statuses, and the words of the last error of each thread.
 
-use phalanx::GeometryError;
+use phalanx::{GeometryError, isa};
 use std::any::Any;
 use std::cell::RefCell;
 use std::ffi::{CString, c_char};
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// `phx_status`.
 #[repr(C)]
@@ -35,6 +36,10 @@ impl From<GeometryError> for ApiError {
         ApiError(PhxStatus::Geometry, error.to_string())
     }
 }
+
+/// True once a call has found that this CPU lacks what the library is built for. There are no words
+/// of its own: they would be made with the instructions that it lacks.
+static IS_FOREIGN_CPU: AtomicBool = AtomicBool::new(false);
 
 thread_local! {
     static LAST: RefCell<CString> = RefCell::default();
@@ -100,10 +105,28 @@ pub fn misplaced(what: &str) -> ApiError {
     ApiError::argument(format!("{what} is null or misaligned"))
 }
 
+/// As [`answer`], for the first call of a program.
+///
+/// # Safety
+/// As [`place`].
+pub unsafe fn first_answer<T: Copy>(
+    what: &str,
+    pointer: *mut T,
+    call: impl FnOnce() -> Result<T, ApiError>,
+) -> PhxStatus {
+    if !isa::runs_here() {
+        IS_FOREIGN_CPU.store(true, Ordering::Relaxed);
+        return PhxStatus::Version;
+    }
+    // SAFETY: the caller's.
+    unsafe { answer(what, pointer, call) }
+}
+
 #[cold]
 fn keep(ApiError(status, words): ApiError) -> PhxStatus {
     let words = CString::new(words.replace('\0', " ")).unwrap_or_default();
-    LAST.with(|last| last.replace(words));
+    // The thread's words are gone while it ends.
+    let _ = LAST.try_with(|last| last.replace(words));
     status
 }
 
@@ -116,5 +139,9 @@ fn fault(panic: &(dyn Any + Send)) -> ApiError {
 
 #[unsafe(no_mangle)]
 pub extern "C" fn phx_error_message() -> *const c_char {
-    LAST.with(|last| last.borrow().as_ptr())
+    if IS_FOREIGN_CPU.load(Ordering::Relaxed) {
+        return c"this CPU lacks what the library is built for: see phx_instruction_set".as_ptr();
+    }
+    let words = LAST.try_with(|last| last.borrow().as_ptr());
+    words.unwrap_or(c"the thread is ending".as_ptr())
 }

@@ -34,7 +34,8 @@ pub struct Opaque([u8; 0]);
 impl<T> HandleTable<T> {
     pub const fn new(kind: u8, name: &'static str) -> HandleTable<T> {
         HandleTable {
-            kind,
+            // So that two libraries in one program do not take each other's handles.
+            kind: kind | (cfg!(feature = "render") as u8) << 7,
             name,
             slots: [const {
                 HandleSlot {
@@ -54,7 +55,12 @@ impl<T> HandleTable<T> {
             *used += 1;
             *used - 1
         } else {
-            let none = || ApiError::argument(format!("there are {SLOTS} {}s already", self.name));
+            let none = || {
+                ApiError::argument(format!(
+                    "there are {SLOTS} objects already, each a {}",
+                    self.name
+                ))
+            };
             again.pop_front().ok_or_else(none)?
         };
         let place = &self.slots[slot];

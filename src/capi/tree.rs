@@ -127,7 +127,10 @@ pub unsafe extern "C" fn phx_tree_build(
     unsafe {
         answer("tree", tree, || {
             let settings = structure_or_zeros(settings)?.checked()?;
-            keep(Bvh::build_with(&*reading(scene)?, &settings))
+            let bvh = Bvh::build_with(&*reading(scene)?, &settings);
+            // The first query would do it, and others wait.
+            bvh.build_wide(settings.threads);
+            keep(bvh)
         })
     }
 }

@@ -174,11 +174,23 @@ pub fn cache_bytes(cache: &raw_cpuid::CacheParameter) -> usize {
 /// architectures: their builds are for the baseline CPU, unless RUSTFLAGS ask for more.
 #[inline(never)]
 pub fn guard() {
-    for feature in FEATURES {
-        if feature.compiled && !cpu::has(feature) {
-            refuse(feature);
-        }
+    if let Some(feature) = missing() {
+        refuse(feature);
     }
+}
+
+/// Returns true if this CPU has all that this build uses, as [`guard`] finds out: for libraries,
+/// whose first call should refuse and not end the process.
+#[inline(never)]
+pub fn runs_here() -> bool {
+    missing().is_none()
+}
+
+/// The first feature that this build uses and this CPU lacks.
+#[inline(never)]
+fn missing() -> Option<&'static Feature> {
+    let mut features = FEATURES.iter();
+    features.find(|feature| feature.compiled && !cpu::has(feature))
 }
 
 #[cold]

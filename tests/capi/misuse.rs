@@ -55,8 +55,23 @@ fn pointer<T>(arena: &mut Arena, rng: &mut Rng) -> *mut T {
 
 /// Rows of up to `count` numbers, with a stride that need not fit, within the arena.
 fn rows(arena: &mut Arena, rng: &mut Rng, count: usize, row: usize) -> (*mut u8, usize) {
-    let stride = rng.pick(&[0, 1, 2, 4, 8, 12, 16, 24, 28, 32, 64]);
-    let bytes = (count.max(1) - 1) * stride + row;
+    let stride = rng.pick(&[
+        0,
+        1,
+        2,
+        4,
+        8,
+        12,
+        16,
+        24,
+        28,
+        32,
+        64,
+        11_usize.wrapping_neg(),
+    ]);
+    let bytes = (count.max(1) - 1)
+        .saturating_mul(stride)
+        .saturating_add(row);
     if rng.once_in(12) || bytes > ROOM {
         return (null_mut(), stride);
     }
@@ -219,7 +234,10 @@ fn calls_by_chance_are_refused_in_words_or_answered() {
                 | u64::from(rng.range(-9.0, 9.0).to_bits());
             arena.0[word] = if rng.once_in(3) { number } else { pair };
         }
-        refused += usize::from(call(&mut arena, &mut rng, &handles));
+        let before = arena.0.clone();
+        let is_refused = call(&mut arena, &mut rng, &handles);
+        assert!(!is_refused || arena.0 == before, "a refusal writes nothing");
+        refused += usize::from(is_refused);
         arena.check();
     }
     assert!(

@@ -29,17 +29,19 @@
  * }
  * @endcode
  *
- * Errors. Every function returns a status, and one that is neither PHX_OK nor PHX_ERROR_INTERNAL has written nothing;
- * phx_error_message() says why. Null, NaN
- * in geometry, misaligned pointers, numbers out of range, sizes that overflow and objects that have been destroyed are errors. Rays
- * that cannot hit anything (NaN, a zero direction, a tmax of 0 or less) are none: they miss.
+ * Errors. Functions that can fail return a status, and one that is neither PHX_OK nor PHX_ERROR_INTERNAL has written nothing;
+ * phx_error_message() says why. Null, NaN in geometry, misaligned pointers, numbers out of range, sizes that overflow and objects that
+ * have been destroyed are errors. Rays that cannot hit anything (NaN, a zero direction, a tmax of 0 or less) are none: they miss. A
+ * program that runs out of memory ends.
  *
- * Threads. Any number of threads may query a tree at once; queries take no locks. A scene may be edited by one thread while its
- * trees are queried by others, and edits and builds from several threads wait for each other. Forbidden are phx_tree_update and
- * phx_tree_destroy while another thread queries that tree (they refuse where a batch runs): update a clone, and exchange the two.
+ * Threads. Any number of threads may query a tree at once; queries of one ray take no locks. A scene may be edited by one thread while
+ * its trees are queried by others; edits and builds from several threads wait for each other, and so do phx_refine() and what gets
+ * something of a scene. Forbidden is to update or destroy a tree while another thread casts single rays at it, and to destroy anything
+ * that another thread is about to use; beside builds, edits and batches they refuse. Update a clone, and exchange the two. What a call
+ * reads must not be written meanwhile, but by its own outputs.
  *
- * Callbacks may cast rays. They must not throw, longjmp, change the tree that is queried, or call functions of a scene that other
- * threads edit.
+ * Callbacks may cast rays. They must not throw, longjmp, change the tree that is queried, or edit or destroy a scene; nor look at a scene
+ * that other threads edit.
  *
  * Numbers. A geometry's number, geom_id, is given when it is added and stays; prototypes are counted apart. A primitive's number,
  * prim_id, counts over the whole scene, what instances show behind all else. So that of an instance's triangle changes where geometry
@@ -83,7 +85,7 @@ typedef enum phx_status {
     PHX_ERROR_FILE = 5,
     /** Header and library are of versions that do not fit, or the library is built for another CPU than this one. */
     PHX_ERROR_VERSION = 6,
-    /** A fault in the library. Its objects may be used on. */
+    /** A fault in the library. Its objects may be used on, but for a tree whose update has failed. */
     PHX_ERROR_INTERNAL = 7
 } phx_status;
 
@@ -128,12 +130,12 @@ typedef struct phx_scene phx_scene;
 /** Use phx_scene_create(), which says the version of this header. */
 phx_status phx_scene_create_for(uint32_t version, phx_scene **scene);
 
-/** Creates an empty scene, to be destroyed by the caller. At most 65 535 scenes exist at a time, and as many trees. */
+/** Creates an empty scene, to be destroyed by the caller. At most 65 536 scenes exist at a time, as many trees, and as many lists. */
 static inline phx_status phx_scene_create(phx_scene **scene) {
     return phx_scene_create_for(PHX_VERSION, scene);
 }
 
-/** Destroys a scene. Its trees stay as they are. Null is none, and not an error. */
+/** Destroys a scene. Its trees stay as they are. Null is none, and not an error; a scene that is built is PHX_ERROR_BUSY. */
 phx_status phx_scene_destroy(phx_scene *scene);
 
 /** Triangles: three numbers (float) a vertex, three rows of `vertices` (uint32_t) a triangle, counter-clockwise seen from outside. */
@@ -147,7 +149,7 @@ typedef struct phx_mesh {
 
 /** A mesh of arrays of float[3] and of uint32_t[3]; the first may be of structures that begin with a position. */
 #define PHX_MESH(vertices, vertex_count, triangles, triangle_count)                                                               \
-    {sizeof(phx_mesh), PHX_ROWS(vertices), (vertex_count), PHX_ROWS(triangles), (triangle_count)}
+    {sizeof(phx_mesh), PHX_ROWS(vertices), (size_t)(vertex_count), PHX_ROWS(triangles), (size_t)(triangle_count)}
 
 /**
  * Adds a mesh, which is copied: one pass over vertices and triangles, 24 bytes a triangle and 12 a vertex. Rays hit both sides.
@@ -182,7 +184,7 @@ phx_status phx_scene_set_transform(phx_scene *scene, uint32_t geom_id, const dou
 /** Sets the bits that a ray's mask must share to hit a geometry: all at first; 0 hides it, and takes it out of trees. */
 phx_status phx_scene_set_mask(phx_scene *scene, uint32_t geom_id, uint32_t mask);
 
-/** Names a geometry, in UTF-8 that is copied. */
+/** Names a geometry, in UTF-8 that is copied, up to 1024 bytes, without spaces at its ends. */
 phx_status phx_scene_set_name(phx_scene *scene, uint32_t geom_id, const char *name);
 
 /**
@@ -229,7 +231,7 @@ typedef struct phx_update_result {
 } phx_update_result;
 
 /**
- * Builds a tree, to be destroyed by the caller. A million triangles take about 0.06 s on two cores.
+ * Builds a tree, to be destroyed by the caller. A million triangles take some 0.1 to 0.2 s on two cores.
  * @param settings may be null: medium quality, a thread per CPU
  */
 phx_status phx_tree_build(const phx_scene *scene, const phx_build_settings *settings, phx_tree **tree);
@@ -245,7 +247,7 @@ phx_status phx_tree_update(phx_tree *tree, const phx_scene *scene, const phx_upd
 /** Copies a tree: to be updated while the other is queried. */
 phx_status phx_tree_clone(const phx_tree *tree, phx_tree **copy);
 
-/** Destroys a tree. Null is none, and not an error. */
+/** Destroys a tree. Null is none, and not an error; a tree that a batch uses is PHX_ERROR_BUSY. */
 phx_status phx_tree_destroy(phx_tree *tree);
 
 /** The prim_id of a geometry's first primitive: hit.prim_id less this is the row of the triangle or sphere in its geometry. */
@@ -283,7 +285,7 @@ typedef int (*phx_accept)(void *user, size_t ray, const phx_hit *hit);
 /** Which hits count, beside a ray's tmax. PHX_FILTER accepts all; zeros would not. */
 typedef struct phx_filter {
     size_t size;
-    /** Hits count beyond this. */
+    /** Hits count beyond this; none if it is NaN. */
     float tnear;
     /** Hits count on geometries whose mask shares a bit with this; 0 is an error. */
     uint32_t mask;
@@ -315,7 +317,7 @@ phx_status phx_all_hits(const phx_tree *tree, const phx_ray *ray, const phx_filt
 typedef struct phx_refined_hit {
     double t;
     double point[3];
-    /** Outward, of length 1; zero where a surface has none. */
+    /** Of length 1, outward; of a triangle by its corners' order in the world, which a mirroring map turns. Zero where there is none. */
     double normal[3];
 } phx_refined_hit;
 
@@ -336,7 +338,7 @@ typedef struct phx_rays {
 } phx_rays;
 
 /** Rays whose origins and directions are rows: PHX_RAYS(count, PHX_FIELD(particles, position), PHX_FIELD(particles, velocity)). */
-#define PHX_RAYS(count, origin, direction) {sizeof(phx_rays), (count), origin, direction, {NULL, 0}}
+#define PHX_RAYS(count, origin, direction) {sizeof(phx_rays), (size_t)(count), origin, direction, {NULL, 0}}
 
 /** Which hits of a batch count, and how many threads look for them. PHX_BATCH: all, with a thread per CPU. */
 typedef struct phx_batch {
@@ -387,11 +389,11 @@ typedef struct phx_hits {
     size_t size;
     /** As in phx_hit: one float a ray, or one uint32_t. */
     phx_column t, u, v, prim_id, geom_id;
-    /** The primitive, counted from the first one of its geometry (uint32_t). */
+    /** The primitive, counted from the first one of its geometry, or as prim_id where that is PHX_NONE (uint32_t). */
     phx_column local_prim_id;
     /** The instance (uint32_t): geom_id if that is one, else as for a miss. */
     phx_column inst_id;
-    /** Three floats a ray: (b − a) × (c − a) of a triangle, in the world; of a sphere, outward and of length 1. */
+    /** Three floats a ray: (b − a) × (c − a) of a triangle, in the world; of a sphere or another curved surface, outward, of length 1. */
     phx_column normal;
     /** For `inst_id` and `normal`: the scene, in the state that the tree was built or updated for. It waits for edits. */
     const phx_scene *scene;
@@ -428,7 +430,7 @@ typedef struct phx_hit_lists {
 /** All hits of every ray, in memory of the library's: to be freed by phx_hit_lists_free(). @param batch may be null */
 phx_status phx_all_hits_batch(const phx_tree *tree, const phx_rays *rays, const phx_batch *batch, phx_hit_lists *lists);
 
-/** Frees lists and makes them empty. */
+/** Frees lists and makes them empty. Null is none, and not an error. */
 phx_status phx_hit_lists_free(phx_hit_lists *lists);
 
 #ifdef __cplusplus

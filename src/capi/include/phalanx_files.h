@@ -1,6 +1,7 @@
 /**
  * @file phalanx_files.h
  * @brief Scenes out of files, for programs that link libphalanx_files: it has all that libphalanx has, and readers of scene files.
+ * Link one of the two: their objects are not each other's.
  */
 #ifndef PHALANX_FILES_H
 #define PHALANX_FILES_H

@@ -1,9 +1,9 @@
-# Versions 0.x fit those of the same x.
+# A program may be built with any version from its own on, as long as the first number is the same.
 set(PACKAGE_VERSION @version@)
-string(REGEX MATCH "^[0-9]+\\.[0-9]+" series ${PACKAGE_VERSION})
-if("${PACKAGE_FIND_VERSION}." MATCHES "^${series}\\." AND NOT PACKAGE_FIND_VERSION VERSION_GREATER PACKAGE_VERSION)
+if(PACKAGE_FIND_VERSION VERSION_EQUAL PACKAGE_VERSION)
+  set(PACKAGE_VERSION_EXACT TRUE)
+endif()
+string(REGEX MATCH "^[0-9]+" series ${PACKAGE_VERSION})
+if(PACKAGE_FIND_VERSION_MAJOR EQUAL series AND NOT PACKAGE_FIND_VERSION VERSION_GREATER PACKAGE_VERSION)
   set(PACKAGE_VERSION_COMPATIBLE TRUE)
-  if(PACKAGE_FIND_VERSION VERSION_EQUAL PACKAGE_VERSION)
-    set(PACKAGE_VERSION_EXACT TRUE)
-  endif()
 endif()

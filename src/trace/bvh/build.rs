@@ -142,7 +142,10 @@ fn build(scene: &Scene, settings: &BuildSettings) -> Bvh {
     let bounds = meshes.iter().map(|mesh| mesh.tree.bounds).collect();
     let input = BuildInput::new(scene, bounds);
     let Some(world) = build_subtree(&input, input.world(), quality) else {
-        return Bvh::default();
+        return Bvh {
+            geometries: GeometryStarts::of(scene),
+            ..Bvh::default()
+        };
     };
     let mut parts = TreeParts {
         settings: *settings,

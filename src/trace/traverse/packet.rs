@@ -39,13 +39,14 @@ thread_local! {
 impl<'a, T: Counters> PacketKernel<'a, F32x8, T> {
     /// A kernel with the stack of the thread, which keeps its memory from one to the next.
     pub(super) fn of_thread(bvh: &'a Bvh) -> PacketKernel<'a, F32x8, T> {
-        PacketKernel::with_stack(bvh, STACK.take())
+        // There is none any more while the thread ends, nor a place to give it back to.
+        PacketKernel::with_stack(bvh, STACK.try_with(Cell::take).unwrap_or_default())
     }
 
     /// Gives the stack back to the thread.
     #[inline(never)]
     pub(super) fn give_back(self) {
-        STACK.set(self.stack);
+        let _ = STACK.try_with(|stack| stack.set(self.stack));
     }
 }
 

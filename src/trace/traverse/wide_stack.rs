@@ -36,10 +36,12 @@ impl ThreadStack {
     /// The stack, with room for at least `room` entries.
     #[inline(always)]
     pub(super) fn with_room(room: usize) -> ThreadStack {
-        ThreadStack(ManuallyDrop::new(match STACK.take() {
-            Some(stack) if stack.code.len() >= room => stack,
-            _ => Box::new(WideStack::with_capacity(room)),
-        }))
+        ThreadStack(ManuallyDrop::new(
+            match STACK.try_with(Cell::take).ok().flatten() {
+                Some(stack) if stack.code.len() >= room => stack,
+                _ => Box::new(WideStack::with_capacity(room)),
+            },
+        ))
     }
 }
 
@@ -47,7 +49,9 @@ impl Drop for ThreadStack {
     #[inline(always)]
     fn drop(&mut self) {
         // SAFETY: nothing uses the field after this.
-        STACK.set(Some(unsafe { ManuallyDrop::take(&mut self.0) }));
+        let stack = unsafe { ManuallyDrop::take(&mut self.0) };
+        // The thread's place for it is gone while the thread ends.
+        let _ = STACK.try_with(|place| place.set(Some(stack)));
     }
 }
 

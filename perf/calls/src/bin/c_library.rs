@@ -2,7 +2,7 @@
 //! the rate of one ray a call and of batches.
 //!
 //!     cargo run --release --manifest-path perf/calls/Cargo.toml --bin c_library -- \
-//!         MESH --c LIBRARY [--embree LIBRARY] [--tinybvh LIBRARY] [--side PIXELS]
+//!         MESH --c LIBRARY [--embree LIBRARY] [--tinybvh LIBRARY] [--side PIXELS] [--rounds N]
 //!
 //! MESH is a file of triangles, or a standard scene. `perf/calls/tinybvh.cpp` says how its library is
 //! made. One thread; trees of the best quality; all take turns, and medians of the rounds are printed.
@@ -33,8 +33,6 @@ use std::path::Path;
 use std::ptr::{null, null_mut};
 use std::sync::Arc;
 use std::time::Instant;
-
-const ROUNDS: usize = 9;
 
 type Cast<'a> = (String, Box<dyn FnMut() -> usize + 'a>);
 type Tree = *mut Opaque;
@@ -228,6 +226,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let option = |name: &str| words.iter().skip_while(|word| *word != name).nth(1);
     let mesh = words.first().ok_or("give a mesh, or a standard scene")?;
     let side = option("--side").map_or(Ok(512), |side| side.parse())?;
+    let rounds = option("--rounds").map_or(Ok(9), |rounds| rounds.parse())?;
     let read = phalanx::open::open(Path::new(mesh), &Default::default())?.scene;
     let vertices: Vec<[f32; 3]> = (0..read.triangles.vertices.len())
         .map(|k| read.triangles.vertices.get(k).into())
@@ -310,7 +309,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             ));
         }
         println!("\n{mesh}, {name}, {} rays", rays.len());
-        measure(rays.len(), casts);
+        measure((rays.len(), rounds), casts);
     }
     Ok(())
 }
@@ -615,9 +614,9 @@ fn phalanx_rows(rays: &[Ray]) -> phalanx::RayRows<'_> {
 
 /// Prints the median rate of each cast, and its ratio to the first one's. A round lets each cast all
 /// rays once.
-fn measure(rays: usize, mut casts: Vec<Cast>) {
+fn measure((rays, rounds): (usize, usize), mut casts: Vec<Cast>) {
     let mut seconds = vec![Vec::new(); casts.len()];
-    for round in 0..=ROUNDS {
+    for round in 0..=rounds {
         for ((_, cast), seconds) in casts.iter_mut().zip(&mut seconds) {
             let start = Instant::now();
             std::hint::black_box(cast());
@@ -632,7 +631,7 @@ fn measure(rays: usize, mut casts: Vec<Cast>) {
     for ((name, _), seconds) in casts.into_iter().zip(seconds) {
         let median = |mut all: Vec<f64>| {
             all.sort_unstable_by(f64::total_cmp);
-            all[ROUNDS / 2]
+            all[rounds / 2]
         };
         let ratio = median(
             first
