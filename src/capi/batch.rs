@@ -66,6 +66,7 @@ impl PhxRays {
             || outputs.overlap(&origins)
             || outputs.overlap(&directions)
         {
+            *copies = RayBuffer::with_capacity(self.count);
             for k in 0..self.count {
                 // SAFETY: checked, and the caller's.
                 let [origin, direction]: [[f32; 3]; 2] =
