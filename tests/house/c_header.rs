@@ -146,7 +146,7 @@ fn c_functions(header: &str) -> BTreeMap<String, (String, CMembers)> {
     for statement in code(header).split(';') {
         let Some((head, parameters)) = statement
             .rsplit_once("\n")
-            .map_or(None, |(_, last)| last.split_once('('))
+            .and_then(|(_, last)| last.split_once('('))
         else {
             continue;
         };
