@@ -103,12 +103,16 @@ impl<'a> BuildInput<'a> {
     /// The vertices of the triangle in this row.
     #[inline(always)]
     pub(super) fn vertices(&self, row: usize) -> [Vec3; 3] {
-        let [a, b, c] = self.corners[row];
-        [self.vertex(a), self.vertex(b), self.vertex(c)]
+        self.corners[row].map(|corner| self.vertex(corner))
+    }
+
+    /// Rows of the vertices of a triangle.
+    pub(super) fn corners(&self, object: PrimIndex) -> [u32; 3] {
+        self.corners[self.row(object)]
     }
 
     #[inline(always)]
-    fn vertex(&self, index: u32) -> Vec3 {
+    pub(super) fn vertex(&self, index: u32) -> Vec3 {
         let index = index as usize;
         let [x, y, z] = self.vertices;
         Vec3::new(x[index], y[index], z[index])

@@ -3,13 +3,13 @@
 
 use super::build_input::BuildInput;
 use super::leaf::LeafTriangle;
-use super::leaf_column::LeafRow;
 use super::node::weighted_cost;
 use super::tree_parts::TreePart;
 use super::upper::ChunkRows;
 use super::{Bvh, Child, LeafKind, Node};
 use phalanx_scene::huge_pages::consecutive;
 use phalanx_scene::{Bounds, map_on_pool};
+use rayon::prelude::*;
 
 impl Node {
     /// The box around both children.
@@ -25,8 +25,14 @@ impl Node {
 impl Bvh {
     /// Moves the triangles of a part, and the boxes around them, to where the scene has them now.
     /// Returns its Σ area · cost.
-    pub(super) fn refit(&mut self, input: &BuildInput, part: &TreePart) -> f64 {
+    pub(super) fn refit(&mut self, input: &BuildInput, part: &mut TreePart) -> f64 {
         let triangles = &mut self.slots.triangles.make_mut()[part.triangles.clone()];
+        if part.corners.is_empty() {
+            // In leaf order: later refits read what they need in one sweep.
+            part.corners = (triangles.par_iter())
+                .map(|row| input.corners(row.prim_id))
+                .collect();
+        }
         let nodes = &mut self.nodes.make_mut()[part.nodes.clone()];
         let upper = part.chunks.first().map_or(nodes.len(), |chunk| chunk.node);
         let starts = |row: fn(&ChunkRows) -> usize| part.chunks.iter().map(row);
@@ -35,8 +41,8 @@ impl Bvh {
         let chunks = part.chunks.iter().zip(node_slices).zip(triangle_slices);
         let weighted = map_on_pool(chunks, |((chunk, nodes), triangles)| {
             // The boxes read what has just been written.
-            for row in triangles.iter_mut() {
-                *row = LeafTriangle::of(input, row.prim_id);
+            for (row, corners) in triangles.iter_mut().zip(&part.corners[chunk.triangle..]) {
+                row.vertices = corners.map(|corner| input.vertex(corner).to_array());
             }
             let first = [
                 part.nodes.start + chunk.node,

@@ -14,6 +14,8 @@ pub(super) struct TreePart {
     pub(super) triangles: Range<usize>,
     /// Chunks, whose rows are counted from the first node and the first triangle.
     pub(super) chunks: Vec<ChunkRows>,
+    /// Rows of the scene's vertices, by triangle; empty until the part is first refitted.
+    pub(super) corners: Vec<[u32; 3]>,
     pub(super) depth: usize,
     /// Σ area · cost over the children of all nodes.
     pub(super) weighted_cost: f64,
@@ -40,6 +42,7 @@ impl TreePart {
             nodes: node..node + built.tree.nodes.len(),
             triangles: triangle..triangle + built.slots.triangles.len(),
             chunks: built.tree.chunks.clone(),
+            corners: Vec::new(),
             depth: built.tree.depth,
             weighted_cost: built.tree.weighted_cost,
             built_cost: relative_cost(built.tree.weighted_cost, built.tree.bounds),

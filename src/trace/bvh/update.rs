@@ -136,7 +136,7 @@ impl Bvh {
             return false;
         }
         if let Some(wide) = self.wide.get_mut() {
-            wide.refit(&input);
+            wide.refit(&self.slots.triangles);
         }
         match parts.top {
             Some(_) => self.set_root(parts),

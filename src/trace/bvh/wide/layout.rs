@@ -39,6 +39,7 @@ pub(in crate::bvh) fn widen_below(bvh: &Bvh, root: u32) -> WideBvh {
     WideBvh {
         nodes: collect_on_huge_pages(nodes),
         triangles: collect_on_huge_pages(triangles),
+        slots: Vec::new(),
         spheres: collect_on_huge_pages(spheres),
         others: rows.others,
         depth: levels.len(),

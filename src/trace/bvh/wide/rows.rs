@@ -132,6 +132,8 @@ pub struct OtherLeaf {
 pub struct WideBvh {
     pub(super) nodes: Vec<WideNode>,
     pub(super) triangles: Vec<TriangleBlock>,
+    /// Rows of the binary tree's triangles, by block and lane; empty until the first refit.
+    pub(super) slots: Vec<[u32; NATIVE]>,
     pub(super) spheres: Vec<SphereBlock>,
     pub(super) others: Vec<OtherLeaf>,
     pub(super) depth: usize,

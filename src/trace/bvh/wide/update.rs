@@ -2,12 +2,10 @@
 //! behind that over the world's primitives, so that it can be replaced.
 
 use super::rows::{ChildRef, OtherLeaf, TriangleBlock, WideBvh, WideNode, WorldRows};
-use crate::bvh::build_input::BuildInput;
 use crate::bvh::leaf::LeafTriangle;
-use crate::bvh::leaf_column::LeafRow;
 use crate::simd::NATIVE;
 use glam::Vec3;
-use phalanx_scene::{Bounds, NO_PRIM, PAD, map_on_pool};
+use phalanx_scene::{Bounds, PAD, map_on_pool};
 use rayon::prelude::*;
 
 /// Rows that a thread takes at a time.
@@ -80,21 +78,31 @@ impl WideBvh {
         self.nodes[0] = root;
     }
 
-    /// Moves the triangles, and the boxes around them, to where the scene has them now.
-    pub(in crate::bvh) fn refit(&mut self, input: &BuildInput) {
-        let moved = |block: &mut TriangleBlock| {
-            for lane in 0..NATIVE {
-                if block.prim_id[lane] != NO_PRIM {
-                    let row = LeafTriangle::of(input, block.prim_id[lane]);
-                    block.put(lane, &row);
+    /// Moves the triangles, and the boxes around them, to where the binary tree has them now.
+    pub(in crate::bvh) fn refit(&mut self, leaves: &[LeafTriangle]) {
+        if self.slots.is_empty() {
+            self.slots = slots_of(&self.triangles, leaves);
+        }
+        let moved = |(block, slots): (&mut TriangleBlock, &[u32; NATIVE])| {
+            for (lane, &slot) in slots.iter().enumerate() {
+                if let Some(row) = leaves.get(slot as usize) {
+                    block.put(lane, row);
                 }
             }
             block.bounds()
         };
-        let moved = |blocks: &mut [TriangleBlock]| -> Vec<Bounds> {
-            blocks.iter_mut().map(moved).collect()
-        };
-        let blocks = map_on_pool(self.triangles.chunks_mut(GRAIN), moved).concat();
+        let parts = self
+            .triangles
+            .chunks_mut(GRAIN)
+            .zip(self.slots.chunks(GRAIN));
+        let blocks = map_on_pool(parts, |(blocks, slots)| {
+            blocks
+                .iter_mut()
+                .zip(slots)
+                .map(moved)
+                .collect::<Vec<Bounds>>()
+        });
+        let blocks = blocks.concat();
         map_on_pool(self.nodes.chunks_mut(GRAIN), |nodes| {
             for node in nodes {
                 for lane in 0..NATIVE {
@@ -114,6 +122,19 @@ impl WideBvh {
             }
         }
     }
+}
+
+/// Rows of the triangles in blocks; one beyond all for unused lanes.
+fn slots_of(blocks: &[TriangleBlock], leaves: &[LeafTriangle]) -> Vec<[u32; NATIVE]> {
+    let last = leaves.iter().map(|row| row.prim_id).max().unwrap_or(0);
+    let mut slots = vec![u32::MAX; last as usize + 1];
+    for (slot, row) in leaves.iter().enumerate() {
+        slots[row.prim_id as usize] = slot as u32;
+    }
+    let slot = |prim: u32| slots.get(prim as usize).copied().unwrap_or(u32::MAX);
+    (blocks.par_iter())
+        .map(|block| block.prim_id.map(slot))
+        .collect()
 }
 
 impl WideNode {
