@@ -25,7 +25,13 @@ impl LeafTriangle {
     /// The triangle's padded box.
     #[inline(always)]
     pub(super) fn bounds(&self) -> Bounds {
-        triangle_bounds(self.vertices.map(Vec3::from))
+        // One by one: `map` would copy the row through memory.
+        let [a, b, c] = &self.vertices;
+        triangle_bounds([
+            Vec3::from_array(*a),
+            Vec3::from_array(*b),
+            Vec3::from_array(*c),
+        ])
     }
 }
 

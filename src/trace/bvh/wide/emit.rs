@@ -216,7 +216,7 @@ impl WideNode {
             ..WideNode::EMPTY
         };
         for (lane, child) in children.iter().enumerate() {
-            node.set_box(lane, bounds(child));
+            node.set_box(lane, &bounds(child));
         }
         node
     }

@@ -3,7 +3,7 @@
 
 use super::rows::{ChildRef, OtherLeaf, TriangleBlock, WideBvh, WideNode, WorldRows};
 use crate::bvh::leaf::LeafTriangle;
-use crate::simd::NATIVE;
+use crate::simd::{LaneMask, Lanes, NATIVE, Native};
 use glam::Vec3;
 use phalanx_scene::{Bounds, PAD, map_on_pool};
 use rayon::prelude::*;
@@ -84,11 +84,9 @@ impl WideBvh {
             self.slots = slots_of(&self.triangles, leaves);
         }
         let moved = |(block, slots): (&mut TriangleBlock, &[u32; NATIVE])| {
-            for (lane, &slot) in slots.iter().enumerate() {
-                if let Some(row) = leaves.get(slot as usize) {
-                    block.put(lane, row);
-                }
-            }
+            let rows = slots.iter().map_while(|&slot| leaves.get(slot as usize));
+            rows.enumerate()
+                .for_each(|(lane, row)| block.put(lane, row));
             block.bounds()
         };
         let parts = self
@@ -96,18 +94,15 @@ impl WideBvh {
             .chunks_mut(GRAIN)
             .zip(self.slots.chunks(GRAIN));
         let blocks = map_on_pool(parts, |(blocks, slots)| {
-            blocks
-                .iter_mut()
-                .zip(slots)
-                .map(moved)
-                .collect::<Vec<Bounds>>()
+            let blocks = blocks.iter_mut().zip(slots);
+            blocks.map(moved).collect::<Vec<Bounds>>()
         });
         let blocks = blocks.concat();
         map_on_pool(self.nodes.chunks_mut(GRAIN), |nodes| {
             for node in nodes {
                 for lane in 0..NATIVE {
                     if let ChildRef::Triangles(k) = ChildRef::of_code(node.children[lane]) {
-                        node.set_box(lane, blocks[k as usize]);
+                        node.set_box(lane, &blocks[k as usize]);
                     }
                 }
             }
@@ -117,7 +112,7 @@ impl WideBvh {
             for lane in 0..NATIVE {
                 if let ChildRef::Node(child) = ChildRef::of_code(self.nodes[k].children[lane]) {
                     let bounds = self.nodes[child as usize].child_bounds();
-                    self.nodes[k].set_box(lane, bounds);
+                    self.nodes[k].set_box(lane, &bounds);
                 }
             }
         }
@@ -138,7 +133,8 @@ fn slots_of(blocks: &[TriangleBlock], leaves: &[LeafTriangle]) -> Vec<[u32; NATI
 }
 
 impl WideNode {
-    pub(super) fn set_box(&mut self, lane: usize, bounds: Bounds) {
+    #[inline(always)]
+    pub(super) fn set_box(&mut self, lane: usize, bounds: &Bounds) {
         for axis in 0..3 {
             self.boxes[0][axis][lane] = bounds.lo[axis];
             self.boxes[1][axis][lane] = bounds.hi[axis];
@@ -158,35 +154,22 @@ impl WideNode {
 }
 
 impl TriangleBlock {
-    /// The box around the padded boxes of all triangles. Unused lanes are NaN, which a minimum
-    /// drops.
+    /// The box around the padded boxes of all triangles. Unused lanes are NaN.
     fn bounds(&self) -> Bounds {
-        let [a, b, c] = &self.vertices;
-        let (mut lo, mut hi) = ([[0.0; NATIVE]; 3], [[0.0; NATIVE]; 3]);
-        let mut largest = [0.0f32; NATIVE];
-        for axis in 0..3 {
-            for lane in 0..NATIVE {
-                let three = [a[axis][lane], b[axis][lane], c[axis][lane]];
-                lo[axis][lane] = three[0].min(three[1]).min(three[2]);
-                hi[axis][lane] = three[0].max(three[1]).max(three[2]);
-                let far = lo[axis][lane].abs().max(hi[axis][lane].abs());
-                largest[lane] = largest[lane].max(far);
-            }
-        }
-        let least = |axis: usize| {
-            let lanes = lo[axis]
-                .iter()
-                .zip(&largest)
-                .map(|(lo, far)| lo - PAD * far);
-            lanes.fold(f32::INFINITY, f32::min)
-        };
-        let most = |axis: usize| {
-            let lanes = hi[axis]
-                .iter()
-                .zip(&largest)
-                .map(|(hi, far)| hi + PAD * far);
-            lanes.fold(f32::NEG_INFINITY, f32::max)
-        };
-        Bounds::new([0, 1, 2].map(least).into(), [0, 1, 2].map(most).into())
+        let [a, b, c] = (self.vertices).map(|corner| corner.map(Native::new));
+        let lo = [0, 1, 2].map(|axis| a[axis].min(b[axis]).min(c[axis]));
+        let hi = [0, 1, 2].map(|axis| a[axis].max(b[axis]).max(c[axis]));
+        let far = [0, 1, 2].map(|axis| lo[axis].abs().max(hi[axis].abs()));
+        let far = far[0].max(far[1]).max(far[2]);
+        let (pad, used) = (far * Native::splat(PAD), far.eq(far));
+        let least = lo.map(|lo| {
+            used.select(lo - pad, Native::splat(f32::INFINITY))
+                .min_element()
+        });
+        let most = hi.map(|hi| {
+            used.select(hi + pad, Native::splat(f32::NEG_INFINITY))
+                .max_element()
+        });
+        Bounds::new(least.into(), most.into())
     }
 }
