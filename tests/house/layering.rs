@@ -349,7 +349,7 @@ const UNSAFE_FILES: [&str; 29] = [
     "trace/traverse/wide_stack.rs",
     "trace/traverse/leaf_slots.rs",
     "trace/traverse/packet.rs",
-    "trace/traverse/prefetch.rs",
+    "trace/prefetch.rs",
     "trace/traverse/single_ray/mod.rs",
     "trace/traverse/single_ray/one_ray.rs",
     // A C interface, and the control register that it wants otherwise.

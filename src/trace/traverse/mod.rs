@@ -45,7 +45,6 @@ mod next_hit;
 )]
 mod packet;
 mod packet_pairs;
-#[allow(unsafe_code, reason = "the one instruction that has no safe name")]
 mod prefetch;
 mod query;
 pub(crate) mod queue_kernel;

@@ -3,6 +3,7 @@
 
 use super::rows::{ChildRef, OtherLeaf, TriangleBlock, WideBvh, WideNode, WorldRows};
 use crate::bvh::leaf::LeafTriangle;
+use crate::prefetch::prefetch;
 use crate::simd::{LaneMask, Lanes, NATIVE, Native};
 use glam::Vec3;
 use phalanx_scene::{Bounds, PAD, map_on_pool};
@@ -10,6 +11,12 @@ use rayon::prelude::*;
 
 /// Rows that a thread takes at a time.
 const GRAIN: usize = 1 << 10;
+
+/// Blocks ahead of the one that is moved, whose triangles are prefetched.
+const AHEAD: usize = 8;
+
+/// Slot of a lane without a triangle.
+const UNUSED: u32 = u32::MAX;
 
 impl WideBvh {
     /// The tree over the world's primitives, and that over the instances, below a common root.
@@ -89,13 +96,22 @@ impl WideBvh {
                 .for_each(|(lane, row)| block.put(lane, row));
             block.bounds()
         };
+        // Leaves lie in the order of the binary tree, so that blocks find them far from each other.
+        let fetch = |slots: &[u32; NATIVE]| {
+            let used = slots.iter().take_while(|&&slot| slot != UNUSED);
+            used.for_each(|&slot| prefetch(leaves, slot));
+        };
         let parts = self
             .triangles
             .chunks_mut(GRAIN)
             .zip(self.slots.chunks(GRAIN));
         let blocks = map_on_pool(parts, |(blocks, slots)| {
-            let blocks = blocks.iter_mut().zip(slots);
-            blocks.map(moved).collect::<Vec<Bounds>>()
+            let blocks = blocks.iter_mut().zip(slots).enumerate();
+            let moved = blocks.map(|(k, block)| {
+                slots.get(k + AHEAD).map(fetch);
+                moved(block)
+            });
+            moved.collect::<Vec<Bounds>>()
         });
         let blocks = blocks.concat();
         map_on_pool(self.nodes.chunks_mut(GRAIN), |nodes| {
@@ -119,14 +135,14 @@ impl WideBvh {
     }
 }
 
-/// Rows of the triangles in blocks; one beyond all for unused lanes.
+/// Rows of the triangles in blocks.
 fn slots_of(blocks: &[TriangleBlock], leaves: &[LeafTriangle]) -> Vec<[u32; NATIVE]> {
     let last = leaves.iter().map(|row| row.prim_id).max().unwrap_or(0);
-    let mut slots = vec![u32::MAX; last as usize + 1];
+    let mut slots = vec![UNUSED; last as usize + 1];
     for (slot, row) in leaves.iter().enumerate() {
         slots[row.prim_id as usize] = slot as u32;
     }
-    let slot = |prim: u32| slots.get(prim as usize).copied().unwrap_or(u32::MAX);
+    let slot = |prim: u32| slots.get(prim as usize).copied().unwrap_or(UNUSED);
     (blocks.par_iter())
         .map(|block| block.prim_id.map(slot))
         .collect()

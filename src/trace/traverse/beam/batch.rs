@@ -4,8 +4,8 @@ use crate::intersect::aabb::RaySlabs;
 use crate::intersect::ray_setup::RaySetup;
 use crate::intersect::shear::Shear;
 use crate::packet::RayPacket;
+use crate::prefetch::prefetch;
 use crate::simd::{LANES, LaneMask, Lanes};
-use crate::traverse::prefetch::prefetch;
 use crate::traverse::queue_kernel::QueuePackets;
 
 /// Packets of eight in a beam. More packets share more nodes, but use more cache.
