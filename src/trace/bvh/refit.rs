@@ -8,7 +8,7 @@ use super::tree_parts::TreePart;
 use super::upper::ChunkRows;
 use super::{Bvh, Child, LeafKind, Node};
 use phalanx_scene::huge_pages::consecutive;
-use phalanx_scene::{Bounds, map_on_pool};
+use phalanx_scene::{Bounds, map_on_pool, on_pool};
 use rayon::prelude::*;
 
 impl Node {
@@ -29,9 +29,8 @@ impl Bvh {
         let triangles = &mut self.slots.triangles.make_mut()[part.triangles.clone()];
         if part.corners.is_empty() {
             // In leaf order: later refits read what they need in one sweep.
-            part.corners = (triangles.par_iter())
-                .map(|row| input.corners(row.prim_id))
-                .collect();
+            let corners = triangles.par_iter().map(|row| input.corners(row.prim_id));
+            part.corners = on_pool(|| corners.collect());
         }
         let nodes = &mut self.nodes.make_mut()[part.nodes.clone()];
         let upper = part.chunks.first().map_or(nodes.len(), |chunk| chunk.node);

@@ -6,7 +6,7 @@ use crate::bvh::leaf::LeafTriangle;
 use crate::prefetch::prefetch;
 use crate::simd::{LaneMask, Lanes, NATIVE, Native};
 use glam::Vec3;
-use phalanx_scene::{Bounds, PAD, map_on_pool};
+use phalanx_scene::{Bounds, PAD, map_on_pool, on_pool};
 use rayon::prelude::*;
 
 /// Rows that a thread takes at a time.
@@ -88,7 +88,7 @@ impl WideBvh {
     /// Moves the triangles, and the boxes around them, to where the binary tree has them now.
     pub(in crate::bvh) fn refit(&mut self, leaves: &[LeafTriangle]) {
         if self.slots.is_empty() {
-            self.slots = slots_of(&self.triangles, leaves);
+            self.slots = on_pool(|| slots_of(&self.triangles, leaves));
         }
         let moved = |(block, slots): (&mut TriangleBlock, &[u32; NATIVE])| {
             let rows = slots.iter().map_while(|&slot| leaves.get(slot as usize));
@@ -113,12 +113,12 @@ impl WideBvh {
             });
             moved.collect::<Vec<Bounds>>()
         });
-        let blocks = blocks.concat();
-        map_on_pool(self.nodes.chunks_mut(GRAIN), |nodes| {
+        map_on_pool(self.nodes.chunks_mut(GRAIN / 8), |nodes| {
             for node in nodes {
                 for lane in 0..NATIVE {
                     if let ChildRef::Triangles(k) = ChildRef::of_code(node.children[lane]) {
-                        node.set_box(lane, &blocks[k as usize]);
+                        let k = k as usize;
+                        node.set_box(lane, &blocks[k / GRAIN][k % GRAIN]);
                     }
                 }
             }
