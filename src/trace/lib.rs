@@ -1,9 +1,11 @@
 //! Ray tracing: packets of rays, the tree over a scene, and the traversal that finds hits.
 
 // Numbers, masks and vectors in lanes.
+pub mod simd;
+
+// Memory that will be needed.
 #[allow(unsafe_code, reason = "the one instruction that has no safe name")]
 mod prefetch;
-pub mod simd;
 
 // Packets of rays, camera rays, and queues.
 pub mod packet;
