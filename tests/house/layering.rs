@@ -84,7 +84,7 @@ const ROOMS: [(&str, &[&str], &str); 18] = [
     ),
     (
         "trace/bvh",
-        &["simd"],
+        &["simd", "prefetch"],
         "a tree of boxes, whoever walks it; its blocks are as wide as lanes",
     ),
     (
@@ -94,7 +94,15 @@ const ROOMS: [(&str, &[&str], &str); 18] = [
     ),
     (
         "trace/traverse",
-        &["simd", "packet", "bvh", "intersect", "isa", "stopwatch"],
+        &[
+            "simd",
+            "packet",
+            "bvh",
+            "intersect",
+            "isa",
+            "prefetch",
+            "stopwatch",
+        ],
         "asks packets and trees, and nothing above",
     ),
     (
