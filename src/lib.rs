@@ -253,7 +253,7 @@ pub use phalanx_trace::bvh::{BuildSettings, Bvh, Quality};
 #[doc(inline)]
 pub use phalanx_trace::cast::{
     AcceptHit, BatchError, BatchFilter, Hit, HitBuffer, HitColumns, HitLists, PerRay, Ray,
-    RayBatch, RayBuffer, RayColumns, RayFilter, RayRows, RefinedHit, TMax, refine,
+    RayBatch, RayBuffer, RayColumns, RayFilter, RayRows, RefinedHit, TMax, refine, world_corners,
 };
 
 // Vectors and maps, in the version that the interfaces take.

@@ -137,13 +137,13 @@ impl UserPointer {
 /// # Safety
 /// As the header says.
 unsafe fn with_batch<T>(
-    (rays, batch): (*const PhxRays, *const PhxBatch),
+    (rays, batch): (PhxRays, *const PhxBatch),
     outputs: &WrittenRows,
     trace: impl FnOnce(RayBatch, Option<BatchFilter>, usize) -> Result<T, ApiError>,
 ) -> Result<T, ApiError> {
     outputs.check_apart()?;
     // SAFETY: the caller's.
-    let (rays, batch) = unsafe { (structure(rays)?, structure_or_zeros(batch)?) };
+    let batch = unsafe { structure_or_zeros(batch) }?;
     check_reserved(batch.reserved)?;
     let (count, mut copies) = (rays.count, RayBuffer::default());
     // SAFETY: the caller's.
@@ -181,8 +181,8 @@ pub unsafe extern "C" fn phx_intersect_batch(
     guarded(|| {
         let bvh = &*TREES.get(tree)?.for_many()?;
         // SAFETY: the caller's.
-        let (count, hits) = unsafe { (structure(rays)?.count, structure(hits)?) };
-        let mut outputs = WrittenRows::default();
+        let (rays, hits) = unsafe { (structure(rays)?, structure(hits)?) };
+        let (count, mut outputs) = (rays.count, WrittenRows::default());
         let columns = AnswerColumns::check(&hits, bvh, count, &mut outputs)?;
         let trace = |rays: RayBatch, filter: Option<BatchFilter>, threads: usize| {
             // SAFETY: the caller's, checked; each ray's rows are written once.
@@ -209,8 +209,8 @@ unsafe fn fill<T: Copy, A: Copy + Default + PartialEq + Into<T>>(
     write: impl FnOnce(RayBatch, Option<BatchFilter>, usize, &mut [A]) -> Result<(), BatchError>,
 ) -> Result<(), ApiError> {
     // SAFETY: the caller's.
-    let count = unsafe { structure(rays) }?.count;
-    let mut outputs = WrittenRows::default();
+    let rays = unsafe { structure(rays) }?;
+    let (count, mut outputs) = (rays.count, WrittenRows::default());
     let column: Option<OutputColumn<T>> = column.check(name, count, misses, &mut outputs)?;
     let column = column.ok_or_else(|| ApiError::argument(format!("{name} is null")))?;
     // SAFETY: the caller's, checked.
@@ -320,7 +320,7 @@ pub unsafe extern "C" fn phx_all_hits_batch(
                 let words = "the lists are in use: phx_hit_lists_free empties them";
                 return Err(ApiError::argument(words));
             }
-            let all = with_batch((rays, batch), WrittenRows::NONE, trace)?;
+            let all = with_batch((structure(rays)?, batch), WrittenRows::NONE, trace)?;
             Ok(PhxHitLists {
                 size,
                 ray_count: all.starts.len() - 1,

@@ -1,4 +1,4 @@
-//! Memory that is written: columns of answers, and single ones.
+//! Memory that is written: columns of answers.
 
 use crate::rows::{PhxRows, WrittenRows, check_reserved};
 use crate::status::ApiError;

@@ -6,9 +6,7 @@ use crate::rows::WrittenRows;
 use crate::scene::reading;
 use crate::status::ApiError;
 use crate::table::Opaque;
-use phalanx::glam::{DAffine3, DVec3};
-use phalanx::scene::PrimKind;
-use phalanx::{Bvh, Hit, HitColumns, NO_PRIM, Ray, RayBatch, Scene, refine};
+use phalanx::{Bvh, Hit, HitColumns, NO_PRIM, Ray, RayBatch, Scene, refine, world_corners};
 use std::sync::RwLockReadGuard;
 
 /// `phx_hits`.
@@ -150,22 +148,11 @@ unsafe fn put<T: Copy>(
 
 /// Normal of a surface: of a triangle twice its area long, of anything else of length 1.
 fn normal_of(scene: &Scene, ray: &Ray, hit: &Hit) -> [f32; 3] {
-    let resolved = scene.resolve(hit.prim_id);
-    let prim = scene.prims[resolved.prim as usize];
-    if prim.kind() != PrimKind::Triangle {
-        let [origin, direction] = [ray.origin, ray.direction].map(|v| v.map(f64::from));
-        return refine(scene, origin, direction, hit)
-            .normal
-            .map(|c| c as f32);
+    if let Some([a, b, c]) = world_corners(scene, hit.prim_id) {
+        return (b - a).cross(c - a).as_vec3().into();
     }
-    let corners = scene.triangles.corners(prim.index());
-    let mut corners = corners.map(|corner| corner.as_dvec3());
-    if let Some(instance) = resolved.instance {
-        let columns = scene.instances.world_columns(instance as usize);
-        let [x, y, z, offset] = columns.map(|column| column.as_dvec3());
-        let to_world = DAffine3::from_cols(x, y, z, offset);
-        corners = corners.map(|corner| to_world.transform_point3(corner));
-    }
-    let [a, b, c]: [DVec3; 3] = corners;
-    (b - a).cross(c - a).as_vec3().into()
+    let [origin, direction] = [ray.origin, ray.direction].map(|v| v.map(f64::from));
+    refine(scene, origin, direction, hit)
+        .normal
+        .map(|c| c as f32)
 }

@@ -146,17 +146,19 @@ impl PhxRows {
 /// # Safety
 /// Null, or memory of the size that the structure says.
 pub unsafe fn structure<T: Copy>(pointer: *const T) -> Result<T, ApiError> {
-    // SAFETY: the caller's: each begins with its size.
-    let size = unsafe { read::<usize>(type_name::<T>(), pointer.cast()) };
-    match size.map_err(|ApiError(status, words)| ApiError(status, in_c::<T>(&words)))? {
-        // SAFETY: the caller's; no field is aligned to more than its size.
-        &size if size == size_of::<T>() => Ok(unsafe { *pointer }),
-        size => {
-            let (name, expected) = (type_name::<T>(), size_of::<T>());
-            let words = format!("{name}.size is {size} and not {expected}: set it to sizeof");
-            Err(ApiError::argument(in_c::<T>(&words)))
-        }
+    if pointer.is_null() || !pointer.is_aligned() {
+        return Err(misplaced(&name_in_c::<T>()));
     }
+    // SAFETY: the caller's: each begins with its size.
+    let size = unsafe { *pointer.cast::<usize>() };
+    let expected = size_of::<T>();
+    if size != expected {
+        let name = name_in_c::<T>();
+        let words = format!("{name}.size is {size} and not {expected}: set it to sizeof");
+        return Err(ApiError::argument(words));
+    }
+    // SAFETY: the caller's.
+    Ok(unsafe { *pointer })
 }
 
 /// The same; null is a structure of zeros.
@@ -168,8 +170,8 @@ pub unsafe fn structure_or_zeros<T: Copy>(pointer: *const T) -> Result<T, ApiErr
     unsafe { if pointer.is_null() { Ok(mem::zeroed()) } else { structure(pointer) } }
 }
 
-/// Words in which `phalanx_c::rows::PhxRows` becomes `phx_rows`.
-fn in_c<T>(words: &str) -> String {
+/// Name of a structure in C: `phx_rows` of `phalanx_c::rows::PhxRows`.
+fn name_in_c<T>() -> String {
     let path = type_name::<T>();
     let mut name = String::new();
     for letter in path.rsplit(':').next().unwrap_or(path).chars() {
@@ -178,7 +180,7 @@ fn in_c<T>(words: &str) -> String {
         }
         name.extend(letter.to_lowercase());
     }
-    words.replace(path, &name)
+    name
 }
 
 /// The `T` at a pointer.

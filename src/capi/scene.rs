@@ -4,8 +4,7 @@ use crate::rows::{PhxRows, WrittenRows, read, structure};
 use crate::status::{ApiError, PhxStatus, answer, answer_if_wanted, first_answer, guarded};
 use crate::table::{HandleTable, Opaque};
 use phalanx::glam::{DAffine3, DVec3};
-use phalanx::{Scene, isa};
-use std::borrow::Cow;
+use phalanx::{GeometryError, Scene, isa};
 use std::ffi::{CStr, CString, c_char};
 use std::mem;
 use std::sync::{OnceLock, PoisonError, RwLock, RwLockReadGuard, TryLockError};
@@ -110,26 +109,31 @@ pub extern "C" fn phx_scene_destroy(scene: *mut Opaque) -> PhxStatus {
     })
 }
 
-/// Rows of three numbers.
-type Triples<'r, T> = Cow<'r, [[T; 3]]>;
-
-/// Vertices and triangles of a mesh.
+/// Adds a mesh in one of the scene's ways.
 ///
 /// # Safety
 /// As the header says of `phx_mesh`.
-unsafe fn rows_of<'r>(
+unsafe fn add(
+    scene: *mut Opaque,
+    number: (&str, *mut u32),
     mesh: *const PhxMesh,
-) -> Result<(Triples<'r, f32>, Triples<'r, u32>), ApiError> {
-    // SAFETY: the caller's.
-    unsafe {
-        let mesh = structure(mesh)?;
-        let (vertices, triangles) = (mesh.vertex_count, mesh.triangle_count);
-        Ok((
-            mesh.vertices.all("vertices", vertices, WrittenRows::NONE)?,
-            mesh.triangles
-                .all("triangles", triangles, WrittenRows::NONE)?,
-        ))
-    }
+    add: impl FnOnce(&mut Scene, &[[f32; 3]], &[[u32; 3]]) -> Result<u32, GeometryError>,
+) -> PhxStatus {
+    edit(scene, number, |scene| {
+        // SAFETY: the caller's.
+        let PhxMesh {
+            vertices,
+            vertex_count,
+            triangles,
+            triangle_count,
+            ..
+        } = unsafe { structure(mesh) }?;
+        // SAFETY: the caller's.
+        let vertices = unsafe { vertices.all("vertices", vertex_count, WrittenRows::NONE) }?;
+        // SAFETY: the caller's.
+        let triangles = unsafe { triangles.all("triangles", triangle_count, WrittenRows::NONE) }?;
+        Ok(add(scene, &vertices, &triangles)?)
+    })
 }
 
 #[unsafe(no_mangle)]
@@ -138,11 +142,8 @@ pub unsafe extern "C" fn phx_scene_add_mesh(
     mesh: *const PhxMesh,
     geom_id: *mut u32,
 ) -> PhxStatus {
-    edit(scene, ("geom_id", geom_id), |scene| {
-        // SAFETY: the caller's.
-        let (vertices, triangles) = unsafe { rows_of(mesh) }?;
-        Ok(scene.add_mesh(&vertices, &triangles)?)
-    })
+    // SAFETY: the caller's.
+    unsafe { add(scene, ("geom_id", geom_id), mesh, Scene::add_mesh) }
 }
 
 #[unsafe(no_mangle)]
@@ -151,11 +152,8 @@ pub unsafe extern "C" fn phx_scene_add_prototype(
     mesh: *const PhxMesh,
     prototype: *mut u32,
 ) -> PhxStatus {
-    edit(scene, ("prototype", prototype), |scene| {
-        // SAFETY: the caller's.
-        let (vertices, triangles) = unsafe { rows_of(mesh) }?;
-        Ok(scene.add_prototype(&vertices, &triangles)?)
-    })
+    // SAFETY: the caller's.
+    unsafe { add(scene, ("prototype", prototype), mesh, Scene::add_prototype) }
 }
 
 #[unsafe(no_mangle)]
@@ -212,6 +210,22 @@ pub unsafe extern "C" fn phx_scene_set_transform(
     })
 }
 
+/// Moves the vertices of a mesh or a prototype.
+///
+/// # Safety
+/// As the header says.
+unsafe fn move_vertices(
+    scene: *mut Opaque,
+    (vertices, count): (PhxRows, usize),
+    set: impl FnOnce(&mut Scene, &[[f32; 3]]) -> Result<(), GeometryError>,
+) -> PhxStatus {
+    edit(scene, NOTHING, |scene| {
+        // SAFETY: the caller's.
+        let vertices = unsafe { vertices.all("vertices", count, WrittenRows::NONE) }?;
+        Ok(set(scene, &vertices)?)
+    })
+}
+
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn phx_scene_set_vertices(
     scene: *mut Opaque,
@@ -219,11 +233,9 @@ pub unsafe extern "C" fn phx_scene_set_vertices(
     vertices: PhxRows,
     count: usize,
 ) -> PhxStatus {
-    edit(scene, NOTHING, |scene| {
-        // SAFETY: the caller's.
-        let vertices = unsafe { vertices.all("vertices", count, WrittenRows::NONE) }?;
-        Ok(scene.set_vertices(geom_id, &vertices)?)
-    })
+    let set = |scene: &mut Scene, all: &[[f32; 3]]| scene.set_vertices(geom_id, all);
+    // SAFETY: the caller's.
+    unsafe { move_vertices(scene, (vertices, count), set) }
 }
 
 #[unsafe(no_mangle)]
@@ -233,11 +245,9 @@ pub unsafe extern "C" fn phx_scene_set_prototype_vertices(
     vertices: PhxRows,
     count: usize,
 ) -> PhxStatus {
-    edit(scene, NOTHING, |scene| {
-        // SAFETY: the caller's.
-        let vertices = unsafe { vertices.all("vertices", count, WrittenRows::NONE) }?;
-        Ok(scene.set_prototype_vertices(prototype, &vertices)?)
-    })
+    let set = |scene: &mut Scene, all: &[[f32; 3]]| scene.set_prototype_vertices(prototype, all);
+    // SAFETY: the caller's.
+    unsafe { move_vertices(scene, (vertices, count), set) }
 }
 
 #[unsafe(no_mangle)]

@@ -34,7 +34,7 @@ mod full_or;
 pub use cast::{
     BatchError, Hit, HitBuffer, HitColumns, HitLists, Ray, RayBatch, RayBuffer, RayColumns,
 };
-pub use cast::{BatchFilter, PerRay, RayFilter, RayRows, RefinedHit, TMax, refine};
+pub use cast::{BatchFilter, PerRay, RayFilter, RayRows, RefinedHit, TMax, refine, world_corners};
 #[cfg(feature = "counters")]
 pub use traverse::{CountingTraversal, PacketLanes, PacketTracer};
 pub use traverse::{HitWalk, Kernel, Traversal, TraversalStats};

@@ -10,6 +10,7 @@
 //! `rays` has the sets of rays.
 
 mod rays;
+mod turns;
 
 use bumpalo::Bump;
 use parry3d::query::RayCast;
@@ -24,14 +25,12 @@ use phalanx::{
 use std::error::Error;
 use std::path::Path;
 use std::sync::Arc;
-use std::time::Instant;
+use turns::{NamedCast, median, take_turns};
 
 /// Side of the camera's picture, in pixels; each set has as many rays as it has pixels.
 const SIDE: usize = 512;
 const ROUNDS: usize = 7;
 const BATCHES: [usize; 5] = [8, 16, 64, 512, 2048];
-
-type Cast<'a> = Box<dyn FnMut() -> usize + 'a>;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
@@ -56,7 +55,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             queue: &queue,
             tmax: f32::INFINITY,
         };
-        let mut rows: Vec<(String, Cast)> = vec![(
+        let mut rows: Vec<NamedCast> = vec![(
             "phalanx, one ray a call".into(),
             Box::new(|| {
                 rays.iter()
@@ -98,7 +97,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 /// Single calls with filters, and a batch with one.
-fn filtered<'a>(bvh: &'a Bvh, rays: &'a [Ray]) -> Vec<(String, Cast<'a>)> {
+fn filtered<'a>(bvh: &'a Bvh, rays: &'a [Ray]) -> Vec<NamedCast<'a>> {
     let any = RayFilter::default();
     let filters = [
         ("that accepts all", any),
@@ -114,7 +113,7 @@ fn filtered<'a>(bvh: &'a Bvh, rays: &'a [Ray]) -> Vec<(String, Cast<'a>)> {
         ),
     ];
     let row = |(name, filter): (&str, RayFilter<'static>)| {
-        let cast: Cast = Box::new(move || {
+        let cast: Box<dyn FnMut() -> usize> = Box::new(move || {
             let hits = rays
                 .iter()
                 .filter(|ray| bvh.intersect_filtered(ray, &filter).is_some());
@@ -122,7 +121,7 @@ fn filtered<'a>(bvh: &'a Bvh, rays: &'a [Ray]) -> Vec<(String, Cast<'a>)> {
         });
         (format!("one ray, filter {name}"), cast)
     };
-    let mut rows: Vec<(String, Cast)> = filters.into_iter().map(row).collect();
+    let mut rows: Vec<NamedCast> = filters.into_iter().map(row).collect();
     let buffer: RayBuffer = rays.iter().copied().collect();
     rows.push((
         "batch of all, filter by mask".into(),
@@ -164,22 +163,11 @@ fn batches(bvh: &Bvh, rays: &RayColumns, size: usize) -> usize {
     hits.len()
 }
 
-/// Prints the median rate of each row. A round lets each cast all rays once.
-fn measure(rays: usize, mut rows: Vec<(String, Cast)>) {
-    let mut seconds = vec![Vec::new(); rows.len()];
-    for round in 0..=ROUNDS {
-        for ((_, cast), seconds) in rows.iter_mut().zip(&mut seconds) {
-            let start = Instant::now();
-            std::hint::black_box(cast());
-            // The first round warms up.
-            if round > 0 {
-                seconds.push(start.elapsed().as_secs_f64());
-            }
-        }
-    }
-    for ((name, _), mut seconds) in rows.into_iter().zip(seconds) {
-        seconds.sort_unstable_by(f64::total_cmp);
-        println!("{name:32} {:8.2}", rays as f64 / seconds[ROUNDS / 2] / 1e6);
+/// Prints the median rate of each row.
+fn measure(rays: usize, mut rows: Vec<NamedCast>) {
+    let seconds = take_turns(ROUNDS, &mut rows);
+    for ((name, _), seconds) in rows.into_iter().zip(seconds) {
+        println!("{name:32} {:8.2}", rays as f64 / median(seconds) / 1e6);
     }
 }
 

@@ -30,7 +30,7 @@ mod worker;
 
 pub use filter::{AcceptHit, BatchFilter, RayFilter};
 pub use hit_lists::HitLists;
-pub use refine::{RefinedHit, refine};
+pub use refine::{RefinedHit, refine, world_corners};
 pub use rows::{RayBatch, RayRows};
 
 pub use columns::{BatchError, HitBuffer, HitColumns, PerRay, RayBuffer, RayColumns, TMax};

@@ -2,7 +2,7 @@
 
 use super::Hit;
 use glam::{DAffine3, DVec3, Vec3};
-use phalanx_scene::{PrimKind, Scene, Triangles};
+use phalanx_scene::{PrimKind, ResolvedPrim, Scene, Triangles};
 
 /// A hit in double precision.
 #[repr(C)]
@@ -50,10 +50,8 @@ pub fn refine(scene: &Scene, origin: [f64; 3], direction: [f64; 3], hit: &Hit) -
     let columns = scene.columns_of(prim.kind());
     let (t, normal) = match resolved.instance {
         None => columns.refine(prim.index(), origin, direction, t),
-        Some(instance) if prim.kind() == PrimKind::Triangle => {
-            let to_world = affine(instances.world_columns(instance as usize));
-            let corners = scene.triangles.corners(prim.index());
-            let corners = corners.map(|corner| to_world.transform_point3(corner.as_dvec3()));
+        Some(_) if prim.kind() == PrimKind::Triangle => {
+            let corners = corners_in_world(scene, resolved);
             Triangles::refine_on_plane(corners, origin, direction, t)
         }
         Some(instance) => {
@@ -71,6 +69,37 @@ pub fn refine(scene: &Scene, origin: [f64; 3], direction: [f64; 3], hit: &Hit) -
         point: (origin + t * direction).into(),
         normal: normal.normalize_or_zero().into(),
     }
+}
+
+/// Corners of a triangle in the world, in double precision; `None` for another primitive.
+///
+/// ```
+/// # mod phalanx { pub use {phalanx_scene::*, phalanx_trace::*, phalanx_trace::bvh::*}; }
+/// use phalanx::{Scene, world_corners};
+///
+/// let mut scene = Scene::new();
+/// scene.add_mesh(&[[0.0; 3], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]], &[[0, 1, 2]])?;
+/// let [a, b, c] = world_corners(&scene, 0).expect("a triangle");
+/// assert_eq!((b - a).cross(c - a).to_array(), [0.0, 0.0, 16.0]);
+/// # Ok::<(), phalanx::GeometryError>(())
+/// ```
+///
+/// # Panics
+/// If `prim_id` is not one of the scene.
+pub fn world_corners(scene: &Scene, prim_id: u32) -> Option<[DVec3; 3]> {
+    let resolved = scene.resolve(prim_id);
+    let kind = scene.prims[resolved.prim as usize].kind();
+    (kind == PrimKind::Triangle).then(|| corners_in_world(scene, resolved))
+}
+
+fn corners_in_world(scene: &Scene, resolved: ResolvedPrim) -> [DVec3; 3] {
+    let row = scene.prims[resolved.prim as usize].index();
+    let corners = scene.triangles.corners(row).map(|corner| corner.as_dvec3());
+    let Some(instance) = resolved.instance else {
+        return corners;
+    };
+    let to_world = affine(scene.instances.world_columns(instance as usize));
+    corners.map(|corner| to_world.transform_point3(corner))
 }
 
 /// A map in double precision.

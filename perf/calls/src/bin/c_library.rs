@@ -1,15 +1,18 @@
-//! The library for C against the one for Rust, Embree and tinybvh, in one process: the same bits, and
-//! the rate of one ray a call and of batches.
+//! The library for C against the one for Rust, Embree and tinybvh, in one process: the same bits,
+//! and the rate of one ray a call and of batches.
 //!
 //!     cargo run --release --manifest-path perf/calls/Cargo.toml --bin c_library -- \
 //!         MESH --c LIBRARY [--embree LIBRARY] [--tinybvh LIBRARY] [--side PIXELS] [--rounds N]
 //!
-//! MESH is a file of triangles, or a standard scene. `perf/calls/tinybvh.cpp` says how its library is
-//! made. One thread; trees of the best quality; all take turns, and medians of the rounds are printed.
-//! Beside the sets of `rays`, `shadow` has rays from where the camera's hit to points above the scene.
+//! MESH is a file of triangles, or a standard scene. `perf/calls/tinybvh.cpp` says how its library
+//! is made. One thread; trees of the best quality; all take turns, and medians of the rounds are
+//! printed. Beside the sets of `rays`, `shadow` has rays from where the camera's hit to points above
+//! the scene.
 
 #[path = "../rays.rs"]
 mod rays;
+#[path = "../turns.rs"]
+mod turns;
 
 use bumpalo::Bump;
 use libloading::Library;
@@ -32,9 +35,8 @@ use std::ffi::{c_int, c_void};
 use std::path::Path;
 use std::ptr::{null, null_mut};
 use std::sync::Arc;
-use std::time::Instant;
+use turns::{NamedCast, median, take_turns};
 
-type Cast<'a> = (String, Box<dyn FnMut() -> usize + 'a>);
 type Tree = *mut Opaque;
 
 /// Functions of the library for C, from its file.
@@ -185,39 +187,16 @@ impl TinyBvh {
 
     fn hits(&self, ray: &Ray) -> bool {
         let (mut t, mut prim) = (0.0, 0);
-        let Ray {
-            origin,
-            direction,
-            tmax,
-        } = ray;
+        let (origin, direction) = (ray.origin.as_ptr(), ray.direction.as_ptr());
+        let tmax = ray.tmax.min(1e30);
         // SAFETY: all is this function's.
-        unsafe {
-            (self.intersect)(
-                self.bvh,
-                origin.as_ptr(),
-                direction.as_ptr(),
-                tmax.min(1e30),
-                &mut t,
-                &mut prim,
-            ) != 0
-        }
+        unsafe { (self.intersect)(self.bvh, origin, direction, tmax, &mut t, &mut prim) != 0 }
     }
 
     fn occluded(&self, ray: &Ray) -> bool {
-        let Ray {
-            origin,
-            direction,
-            tmax,
-        } = ray;
+        let (origin, direction) = (ray.origin.as_ptr(), ray.direction.as_ptr());
         // SAFETY: all is this function's.
-        unsafe {
-            (self.occluded)(
-                self.bvh,
-                origin.as_ptr(),
-                direction.as_ptr(),
-                tmax.min(1e30),
-            ) != 0
-        }
+        unsafe { (self.occluded)(self.bvh, origin, direction, ray.tmax.min(1e30)) != 0 }
     }
 }
 
@@ -508,7 +487,7 @@ fn ours<'a>(
     c: &'a CLibrary,
     (rays, buffer): (&'a [Ray], &'a RayBuffer),
     any: bool,
-) -> Vec<Cast<'a>> {
+) -> Vec<NamedCast<'a>> {
     let columns = RayColumns {
         tmax: TMax::All(rays[0].tmax),
         ..buffer.columns()
@@ -612,35 +591,14 @@ fn phalanx_rows(rays: &[Ray]) -> phalanx::RayRows<'_> {
     }
 }
 
-/// Prints the median rate of each cast, and its ratio to the first one's. A round lets each cast all
-/// rays once.
-fn measure((rays, rounds): (usize, usize), mut casts: Vec<Cast>) {
-    let mut seconds = vec![Vec::new(); casts.len()];
-    for round in 0..=rounds {
-        for ((_, cast), seconds) in casts.iter_mut().zip(&mut seconds) {
-            let start = Instant::now();
-            std::hint::black_box(cast());
-            // The first round warms up.
-            if round > 0 {
-                seconds.push(start.elapsed().as_secs_f64());
-            }
-        }
-    }
-    // Of a pair in one round, so that what slows a round down slows both.
-    let first = seconds[0].clone();
-    for ((name, _), seconds) in casts.into_iter().zip(seconds) {
-        let median = |mut all: Vec<f64>| {
-            all.sort_unstable_by(f64::total_cmp);
-            all[rounds / 2]
-        };
-        let ratio = median(
-            first
-                .iter()
-                .zip(&seconds)
-                .map(|(first, own)| first / own)
-                .collect(),
-        );
-        let nanoseconds = median(seconds) / rays as f64 * 1e9;
+/// Prints the median rate of each cast, and its ratio to the first one's.
+fn measure((rays, rounds): (usize, usize), mut casts: Vec<NamedCast>) {
+    let seconds = take_turns(rounds, &mut casts);
+    for ((name, _), own) in casts.into_iter().zip(&seconds) {
+        // Of each round: another load on the machine slows both casts of it.
+        let ratios = seconds[0].iter().zip(own).map(|(first, own)| first / own);
+        let ratio = median(ratios.collect());
+        let nanoseconds = median(own.clone()) / rays as f64 * 1e9;
         println!(
             "{name:32} {:8.2} M/s {nanoseconds:8.1} ns {ratio:6.3}",
             1e3 / nanoseconds

@@ -88,7 +88,7 @@ impl WideBvh {
     /// Moves the triangles, and the boxes around them, to where the binary tree has them now.
     pub(in crate::bvh) fn refit(&mut self, leaves: &[LeafTriangle]) {
         if self.slots.is_empty() {
-            self.slots = on_pool(|| slots_of(&self.triangles, leaves));
+            self.slots = on_pool(|| block_slots(&self.triangles, leaves));
         }
         let moved = |(block, slots): (&mut TriangleBlock, &[u32; NATIVE])| {
             let rows = slots.iter().map_while(|&slot| leaves.get(slot as usize));
@@ -136,7 +136,7 @@ impl WideBvh {
 }
 
 /// Rows of the triangles in blocks.
-fn slots_of(blocks: &[TriangleBlock], leaves: &[LeafTriangle]) -> Vec<[u32; NATIVE]> {
+fn block_slots(blocks: &[TriangleBlock], leaves: &[LeafTriangle]) -> Vec<[u32; NATIVE]> {
     let last = leaves.iter().map(|row| row.prim_id).max().unwrap_or(0);
     let mut slots = vec![UNUSED; last as usize + 1];
     for (slot, row) in leaves.iter().enumerate() {
