@@ -250,6 +250,7 @@
 pub use phalanx_scene::{GeomId, GeometryError, NO_GEOM, NO_PRIM, Scene};
 #[doc(inline)]
 pub use phalanx_trace::bvh::{BuildSettings, Bvh, Quality};
+pub use phalanx_trace::bvh::{UpdateError, UpdateMode, UpdateReport, UpdateWork};
 #[doc(inline)]
 pub use phalanx_trace::cast::{
     AcceptHit, BatchError, BatchFilter, Hit, HitBuffer, HitColumns, HitLists, PerRay, Ray,

@@ -285,10 +285,10 @@ impl FrameReach {
         }
     }
 
-    /// Adds the boxes of instances, as they lie in the world.
+    /// Adds the boxes of visible instances, as they lie in the world.
     fn add_instances(&mut self, scene: &Scene) {
         let meshes = scene.bounds_of_meshes();
-        for k in 0..scene.instances.len() {
+        for k in scene.visible_instances() {
             let columns = scene.instances.world_columns(k).map(|c| c.as_dvec3());
             let [x, y, z, position] = columns;
             let mesh = meshes[scene.instances.mesh[k] as usize];

@@ -61,8 +61,8 @@ pub trait AnyColumn {
     /// Replaces the rows by those in `bytes`, which `keeper` keeps alive. If the bytes are not a
     /// whole number of aligned rows, the column is left empty; then this returns false.
     fn map(&mut self, bytes: &'static [u8], keeper: Arc<dyn Any + Send + Sync>) -> bool;
-    /// Appends copies of the rows of a column of the same type, given as bytes.
-    fn append_bytes(&mut self, bytes: &[u8]);
+    /// Writes rows of a column of the same type, given as bytes: see [`Column::write`].
+    fn write_bytes(&mut self, first: usize, bytes: &[u8]);
 }
 
 impl<T: Pod> AnyColumn for Column<T> {
@@ -87,8 +87,8 @@ impl<T: Pod> AnyColumn for Column<T> {
         rows.is_ok()
     }
 
-    fn append_bytes(&mut self, bytes: &[u8]) {
-        self.extend_from(bytemuck::cast_slice(bytes));
+    fn write_bytes(&mut self, first: usize, bytes: &[u8]) {
+        self.write(first, bytemuck::cast_slice(bytes));
     }
 }
 
@@ -163,6 +163,18 @@ impl<T: Clone> Column<T> {
     #[inline]
     pub fn extend_from(&mut self, rows: &[T]) {
         self.make_mut().extend_from_slice(rows);
+    }
+
+    /// Writes copies of rows from row `first` on, in place of those that are there; the column
+    /// grows where it ends.
+    pub fn write(&mut self, first: usize, rows: &[T])
+    where
+        T: Copy,
+    {
+        let column = self.make_mut();
+        let within = rows.len().min(column.len() - first);
+        column[first..first + within].copy_from_slice(&rows[..within]);
+        column.extend_from_slice(&rows[within..]);
     }
 
     /// Appends the rows of another column, or takes it over if this one is empty and has no room.

@@ -65,8 +65,8 @@ impl Scene {
             geometries.count: ["geometries", "size"], RowCheck::Any;
             geometries.mask: ["geometries", "mask"], RowCheck::Any;
         }
-        "mesh", scene.geometries.vertex_runs.len() => {
-            geometries.vertex_runs: ["meshes", "vertices"], RowCheck::Any;
+        "mesh", scene.geometries.places.len() => {
+            geometries.places: ["meshes", "vertices"], RowCheck::Any;
         }
         "instance", scene.instances.len() => {
             instances.mesh: ["instances", "mesh"], RowCheck::Below(scene.meshes.len());

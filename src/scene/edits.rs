@@ -1,5 +1,6 @@
 //! Stamps of a scene's parts, by which a tree knows what it has to follow.
 
+use crate::geometries::GeomId;
 use std::fmt;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
@@ -8,6 +9,9 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 struct Stamp(u64);
 
 impl Stamp {
+    /// Of parts that have never been edited.
+    const NONE: Stamp = Stamp(0);
+
     fn new() -> Stamp {
         static NEXT: AtomicU64 = AtomicU64::new(1);
         Stamp(NEXT.fetch_add(1, Relaxed))
@@ -18,14 +22,28 @@ impl Stamp {
 /// columns were changed by hand.
 #[derive(Clone, PartialEq, Eq)]
 pub struct Edits {
-    /// Which primitives there are, in the world and in meshes, and which of them are hidden.
-    topology: (Stamp, usize),
-    /// Vertices of the world's own meshes.
-    world: Stamp,
-    /// Vertices of the meshes that instances show.
-    meshes: Vec<Stamp>,
-    /// Maps of the instances, which there are, and which of them are hidden.
-    instances: Stamp,
+    /// The scene itself, and the number of primitives that no call has added as a geometry.
+    scene: (Stamp, usize),
+    /// Primitives of geometries and prototypes.
+    in_places: usize,
+    geometries: Vec<PartStamps>,
+    prototypes: Vec<PartStamps>,
+}
+
+/// Stamps of a geometry or a prototype.
+#[derive(Clone, Copy, PartialEq, Eq)]
+struct PartStamps {
+    /// Which primitives it has, and whether they are visible.
+    contents: Stamp,
+    /// Where its vertices are, or its map.
+    position: Stamp,
+}
+
+impl PartStamps {
+    const NONE: PartStamps = PartStamps {
+        contents: Stamp::NONE,
+        position: Stamp::NONE,
+    };
 }
 
 /// Stamps say nothing to a reader, and differ from run to run.
@@ -38,69 +56,113 @@ impl fmt::Debug for Edits {
 impl Default for Edits {
     /// The edits of a new scene, which no other equals.
     fn default() -> Self {
-        let stamp = Stamp::new();
         Edits {
-            topology: (stamp, 0),
-            world: stamp,
-            meshes: Vec::new(),
-            instances: stamp,
+            scene: (Stamp::new(), 0),
+            in_places: 0,
+            geometries: Vec::new(),
+            prototypes: Vec::new(),
         }
     }
 }
 
 /// Differences between the scene that a tree was made for and another one.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct SceneChanges {
-    /// True if primitives are others, or in other meshes; nothing else is known then.
-    pub topology: bool,
-    /// True if vertices of the world's own meshes have moved.
-    pub world: bool,
-    /// Meshes of instances whose vertices have moved.
-    pub meshes: Vec<usize>,
-    /// True if instances are others, or have moved.
-    pub instances: bool,
+    /// True for another scene, and if primitives that belong to no geometry were added; nothing
+    /// else is known then.
+    pub everything: bool,
+    /// Geometries that differ, ascending.
+    pub geometries: Vec<PartChange>,
+    /// Prototypes that differ, ascending.
+    pub prototypes: Vec<PartChange>,
+}
+
+/// Difference between a geometry, or a prototype, and an earlier one of its number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PartChange {
+    /// The number.
+    pub id: GeomId,
+    /// True if it was added, removed, shown or hidden.
+    pub contents: bool,
+    /// True if its vertices, or its map, are others.
+    pub moved: bool,
 }
 
 impl Edits {
-    pub(crate) fn mark_topology(&mut self) {
-        self.topology.0 = Stamp::new();
+    /// Notes that nothing is as it was.
+    pub(crate) fn mark_everything(&mut self) {
+        self.scene.0 = Stamp::new();
     }
 
-    pub(crate) fn mark_instances(&mut self) {
-        self.instances = Stamp::new();
+    /// Notes that a geometry has got other primitives, in a place of its own.
+    pub(crate) fn mark_added(&mut self, geometry: GeomId) {
+        let stamp = Stamp::new();
+        *stamps_of(&mut self.geometries, geometry) = PartStamps {
+            contents: stamp,
+            position: stamp,
+        };
     }
 
-    pub(crate) fn mark_world(&mut self) {
-        self.world = Stamp::new();
+    /// Notes that a geometry was removed, shown or hidden.
+    pub(crate) fn mark_contents(&mut self, geometry: GeomId) {
+        stamps_of(&mut self.geometries, geometry).contents = Stamp::new();
     }
 
-    pub(crate) fn mark_mesh(&mut self, mesh: usize) {
-        if self.meshes.len() <= mesh {
-            // Meshes without a stamp of their own have never moved.
-            self.meshes.resize(mesh + 1, Stamp(0));
-        }
-        self.meshes[mesh] = Stamp::new();
+    pub(crate) fn mark_moved(&mut self, geometry: GeomId) {
+        stamps_of(&mut self.geometries, geometry).position = Stamp::new();
+    }
+
+    /// Notes that a prototype was added or removed.
+    pub(crate) fn mark_prototype(&mut self, prototype: u32) {
+        stamps_of(&mut self.prototypes, prototype).contents = Stamp::new();
+    }
+
+    pub(crate) fn mark_moved_prototype(&mut self, prototype: u32) {
+        stamps_of(&mut self.prototypes, prototype).position = Stamp::new();
+    }
+
+    /// Notes that geometries and prototypes have so many more primitives.
+    pub(crate) fn add_to_places(&mut self, prims: usize) {
+        self.in_places += prims;
     }
 
     /// The stamps with the number of all primitives: those that were added by hand have no stamp.
     pub(crate) fn with_prims(&self, prims: usize) -> Edits {
         let mut edits = self.clone();
-        edits.topology.1 = prims;
+        edits.scene.1 = prims.saturating_sub(self.in_places);
         edits
     }
 
-    /// Compares the stamps of a scene with `meshes` meshes with earlier ones.
-    pub(crate) fn changes_since(&self, before: &Edits, meshes: usize) -> SceneChanges {
-        let moved = |mesh: &usize| self.mesh(*mesh) != before.mesh(*mesh);
+    /// Compares the stamps of a scene with earlier ones.
+    pub(crate) fn changes_since(&self, before: &Edits) -> SceneChanges {
         SceneChanges {
-            topology: self.topology != before.topology,
-            world: self.world != before.world,
-            meshes: (0..meshes).filter(moved).collect(),
-            instances: self.instances != before.instances,
+            everything: self.scene != before.scene,
+            geometries: changes(&self.geometries, &before.geometries),
+            prototypes: changes(&self.prototypes, &before.prototypes),
         }
     }
+}
 
-    fn mesh(&self, mesh: usize) -> Stamp {
-        self.meshes.get(mesh).copied().unwrap_or(Stamp(0))
+/// The stamps of a part; parts without stamps of their own have never been edited.
+fn stamps_of(parts: &mut Vec<PartStamps>, id: u32) -> &mut PartStamps {
+    let id = id as usize;
+    if parts.len() <= id {
+        parts.resize(id + 1, PartStamps::NONE);
     }
+    &mut parts[id]
+}
+
+fn changes(now: &[PartStamps], before: &[PartStamps]) -> Vec<PartChange> {
+    let stamps = |parts: &[PartStamps], k: usize| parts.get(k).copied().unwrap_or(PartStamps::NONE);
+    let change = |k: usize| {
+        let [now, before] = [now, before].map(|parts| stamps(parts, k));
+        (now != before).then_some(PartChange {
+            id: k as GeomId,
+            contents: now.contents != before.contents,
+            moved: now.position != before.position,
+        })
+    };
+    (0..now.len().max(before.len()))
+        .filter_map(change)
+        .collect()
 }

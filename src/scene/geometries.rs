@@ -1,9 +1,11 @@
 //! Geometry numbers: the primitives that were added together.
 
 use crate::column::Column;
-use std::ops::Range;
+use crate::places::{FreePlace, PrimPlace};
+use std::collections::BTreeSet;
 
-/// Number of a geometry, from 0 in the order in which geometries were added.
+/// Number of a geometry, from 0 in the order in which geometries were added. The number of one that
+/// was removed is given to a later one: see `Scene::remove`.
 ///
 /// A geometry is what one call of `Scene::add_mesh`, `Scene::add_spheres` or `Scene::add_instance`
 /// added.
@@ -14,37 +16,73 @@ pub const NO_GEOM: GeomId = GeomId::MAX;
 
 /// Primitives that were added together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Geometry {
+pub enum Geometry {
     /// A run of stored primitives.
-    Prims { first: u32, count: u32 },
+    Prims {
+        /// The first.
+        first: u32,
+        /// How many.
+        count: u32,
+    },
     /// An instance.
     Instance(u32),
+    /// Primitives that were removed, the first of which was this one.
+    RemovedPrims {
+        /// The first.
+        first: u32,
+    },
+    /// An instance that was removed.
+    RemovedInstance(u32),
 }
 
 impl Geometry {
     fn of(first: u32, count: u32) -> Geometry {
         match count {
             INSTANCE => Geometry::Instance(first),
+            REMOVED_INSTANCE => Geometry::RemovedInstance(first),
+            REMOVED_PRIMS => Geometry::RemovedPrims { first },
             count => Geometry::Prims { first, count },
         }
     }
+
+    /// The first primitive, or the number of the instance; and the count.
+    fn row(self) -> (u32, u32) {
+        match self {
+            Geometry::Prims { first, count } => (first, count),
+            Geometry::Instance(number) => (number, INSTANCE),
+            Geometry::RemovedPrims { first } => (first, REMOVED_PRIMS),
+            Geometry::RemovedInstance(number) => (number, REMOVED_INSTANCE),
+        }
+    }
+
+    fn is_removed(self) -> bool {
+        matches!(
+            self,
+            Geometry::RemovedPrims { .. } | Geometry::RemovedInstance(_)
+        )
+    }
 }
 
-/// Count of a geometry that is an instance.
+/// Counts of geometries that are not visible primitives.
 const INSTANCE: u32 = u32::MAX;
+const REMOVED_INSTANCE: u32 = u32::MAX - 1;
+const REMOVED_PRIMS: u32 = u32::MAX - 2;
 
 /// One row per geometry, in the order of [`GeomId`].
 #[derive(Clone, Debug, Default)]
 pub struct Geometries {
     /// First primitive, or number of the instance.
     pub first: Column<u32>,
-    /// Number of primitives; 2³² − 1 for an instance.
+    /// Number of primitives; 2³² − 1 for an instance, − 2 for a removed one, − 3 for removed
+    /// primitives.
     pub count: Column<u32>,
     /// Bits that a ray's mask must share: see [`Scene::set_mask`](crate::Scene::set_mask).
     pub mask: Column<u32>,
-    /// Meshes that were added as slices, prototypes among them, ascending: the first primitive, the
-    /// first vertex, and the number of vertices.
-    pub vertex_runs: Column<[u32; 3]>,
+    /// Places of what was added as slices, prototypes among them, ascending: the first primitive,
+    /// how many fit, the first vertex, how many fit, and how many are in use.
+    pub places: Column<[u32; 5]>,
+    /// Places of what was removed; `None` until they are looked up.
+    pub(crate) free: Option<BTreeSet<FreePlace>>,
 }
 
 impl Geometries {
@@ -65,25 +103,73 @@ impl Geometries {
         (0..).zip(rows.map(|(&first, &count)| Geometry::of(first, count)))
     }
 
-    /// The vertices of the mesh whose first primitive is this one.
-    pub(crate) fn vertices(&self, first_prim: u32) -> Option<Range<usize>> {
-        let run = self
-            .vertex_runs
-            .binary_search_by_key(&first_prim, |run| run[0]);
-        let [_, first, count] = self.vertex_runs[run.ok()?];
-        Some(first as usize..first as usize + count as usize)
+    /// Row of the place that begins with this primitive.
+    fn place_row(&self, first_prim: u32) -> Option<usize> {
+        let row = self.places.binary_search_by_key(&first_prim, |row| row[0]);
+        row.ok()
     }
 
-    /// The geometries that no ray hits.
-    pub(crate) fn hidden(&self) -> impl Iterator<Item = Geometry> {
+    /// The place that begins with this primitive.
+    pub fn prim_place(&self, first_prim: u32) -> Option<PrimPlace> {
+        let row = self.place_row(first_prim)?;
+        Some(PrimPlace::of_row(self.places[row]))
+    }
+
+    /// How many vertices of the place that begins with this primitive are in use.
+    pub(crate) fn used_vertices(&self, first_prim: u32) -> u32 {
+        self.place_row(first_prim)
+            .map_or(0, |row| self.places[row][4])
+    }
+
+    /// Sets how many vertices of a place are in use.
+    pub(crate) fn use_vertices(&mut self, first_prim: u32, count: u32) {
+        if let Some(row) = self.place_row(first_prim) {
+            self.places[row][4] = count;
+        }
+    }
+
+    /// What no ray hits: hidden geometries, removed ones, and what is free in the places of others.
+    pub(crate) fn unseen(&self) -> impl Iterator<Item = Geometry> {
         let rows = self.iter().zip(self.mask.iter());
-        rows.filter_map(|((_, geometry), &mask)| (mask == 0).then_some(geometry))
+        rows.filter_map(|((_, geometry), &mask)| match geometry {
+            Geometry::Prims { count: 0, .. } => None,
+            Geometry::Prims { first, count } => {
+                let fit = self.prim_place(first).map_or(count, |place| place.prims);
+                let seen = if mask == 0 { 0 } else { count };
+                (seen < fit).then_some(Geometry::Prims {
+                    first: first + seen,
+                    count: fit - seen,
+                })
+            }
+            Geometry::RemovedPrims { first } => {
+                self.prim_place(first).map(|place| Geometry::Prims {
+                    first,
+                    count: place.prims,
+                })
+            }
+            Geometry::Instance(_) => (mask == 0).then_some(geometry),
+            Geometry::RemovedInstance(k) => Some(Geometry::Instance(k)),
+        })
     }
 
-    /// The geometry of this number.
+    /// The geometry of this number; `None` for one that was removed.
     pub(crate) fn get(&self, id: GeomId) -> Option<Geometry> {
         let row = self.first.get(id as usize).zip(self.count.get(id as usize));
-        row.map(|(&first, &count)| Geometry::of(first, count))
+        let geometry = row.map(|(&first, &count)| Geometry::of(first, count));
+        geometry.filter(|geometry| !geometry.is_removed())
+    }
+
+    /// The geometry of this number, if rays hit it.
+    pub fn visible(&self, id: GeomId) -> Option<Geometry> {
+        let mask = self.mask.get(id as usize).copied();
+        self.get(id).filter(|_| mask != Some(0))
+    }
+
+    /// Replaces a geometry by another one in its place, which all rays hit.
+    pub(crate) fn replace(&mut self, id: GeomId, geometry: Geometry) {
+        let row = id as usize;
+        (self.first[row], self.count[row]) = geometry.row();
+        self.mask[row] = u32::MAX;
     }
 
     /// The first geometry that is neither a run of `prims` primitives after those before it, nor
@@ -96,7 +182,15 @@ impl Geometries {
                 end = end.max(u64::from(first) + u64::from(count));
                 overlaps || end > prims as u64
             }
-            Geometry::Instance(k) => {
+            Geometry::RemovedPrims { first } => {
+                let overlaps = self.prim_place(first).is_some() && u64::from(first) < end;
+                end = end.max(
+                    self.prim_place(first)
+                        .map_or(0, |p| u64::from(p.all_prims().end)),
+                );
+                overlaps || end > prims as u64
+            }
+            Geometry::Instance(k) | Geometry::RemovedInstance(k) => {
                 let overlaps = k < next_instance;
                 next_instance = k.saturating_add(1);
                 overlaps || k as usize >= instances
@@ -105,12 +199,24 @@ impl Geometries {
         self.iter().find(is_wrong).map(|(id, _)| id)
     }
 
+    /// The first place that is not within these many primitives and vertices, behind the one before.
+    pub(crate) fn first_wrong_place(&self, prims: usize, vertices: usize) -> Option<usize> {
+        let mut end = 0;
+        self.places.iter().position(|&row| {
+            let place = PrimPlace::of_row(row);
+            let before = end;
+            end = u64::from(place.first_prim) + u64::from(place.prims);
+            let end_vertex = u64::from(place.first_vertex) + u64::from(place.vertices);
+            u64::from(place.first_prim) < before
+                || end > prims as u64
+                || end_vertex > vertices as u64
+                || row[4] > place.vertices
+        })
+    }
+
     pub(crate) fn push(&mut self, geometry: Geometry) -> GeomId {
         let id = self.len() as GeomId;
-        let (first, count) = match geometry {
-            Geometry::Prims { first, count } => (first, count),
-            Geometry::Instance(number) => (number, INSTANCE),
-        };
+        let (first, count) = geometry.row();
         self.first.push(first);
         self.count.push(count);
         self.mask.push(u32::MAX);

@@ -1,7 +1,8 @@
 //! Geometry from plain slices, checked as it is added, and its numbers in hits.
 
-use super::{Material, Mesh, MeshMaterial, Prim, Scene, Vec3s};
+use super::{Instances, Material, Mesh, MeshMaterial, Prim, Scene, Vec3s};
 use crate::geometries::{GeomId, Geometry, NO_GEOM};
+use crate::places::PlaceKind;
 use glam::Vec3;
 
 /// Errors of geometry that cannot be added. A call that returns one adds nothing.
@@ -79,6 +80,14 @@ pub enum GeometryError {
         /// The number.
         id: GeomId,
     },
+    /// A prototype that is to be removed, and an instance that shows it.
+    #[error("geometry {geometry} is an instance of prototype {prototype}: remove it first")]
+    Shown {
+        /// The prototype.
+        prototype: u32,
+        /// The instance.
+        geometry: GeomId,
+    },
     /// An instance of a prototype that does not exist, or has not been ended.
     #[error("there is no prototype {0}")]
     NoPrototype(u32),
@@ -135,8 +144,8 @@ impl Scene {
         vertices: &[[f32; 3]],
         indices: &[[u32; 3]],
     ) -> Result<GeomId, GeometryError> {
-        let (first, count) = self.add_triangles(vertices, indices)?;
-        Ok(self.geometries.push(Geometry::Prims { first, count }))
+        let (taken, first) = self.add_triangles(PlaceKind::Mesh, vertices, indices)?;
+        Ok(self.add_geometry(taken, first, indices.len()))
     }
 
     /// Adds spheres by centre and radius, in the scene's units. Sphere i has the `prim_id` of the
@@ -177,13 +186,16 @@ impl Scene {
                 radius: radii[sphere],
             });
         }
-        let first = self.make_room(centers.len())?;
-        for (&center, &radius) in centers.iter().zip(radii) {
-            self.add_sphere(Vec3::from(center), radius, 0);
+        let (taken, first) = self.find_place(PlaceKind::Spheres, centers.len(), 0)?;
+        if taken.is_some() && !centers.is_empty() {
+            let row = self.prims[first as usize].index();
+            self.spheres.replace(row, centers, radii);
+        } else {
+            for (&center, &radius) in centers.iter().zip(radii) {
+                self.add_sphere(Vec3::from(center), radius, 0);
+            }
         }
-        self.edits.mark_topology();
-        let count = centers.len() as u32;
-        Ok(self.geometries.push(Geometry::Prims { first, count }))
+        Ok(self.add_geometry(taken, first, centers.len()))
     }
 
     /// Adds a mesh that is visible only through its instances, and returns its number for
@@ -217,10 +229,16 @@ impl Scene {
         if indices.is_empty() {
             return Err(GeometryError::EmptyPrototype);
         }
-        let (first, count) = self.add_triangles(vertices, indices)?;
-        self.meshes.first.push(first);
-        self.meshes.count.push(count);
-        Ok(self.meshes.len() as u32 - 1)
+        let (taken, first) = self.add_triangles(PlaceKind::Prototype, vertices, indices)?;
+        let prototype = taken.unwrap_or_else(|| {
+            self.meshes.first.push(first);
+            self.meshes.count.push(0);
+            self.meshes.len() as u32 - 1
+        });
+        self.meshes.count[prototype as usize] = indices.len() as u32;
+        self.edits.mark_prototype(prototype);
+        self.edits.mark_moved_prototype(prototype);
+        Ok(prototype)
     }
 
     /// Places a mesh from [`Scene::add_prototype`] or [`Scene::begin_mesh`]. The instance is a
@@ -255,12 +273,23 @@ impl Scene {
         let count = self.meshes.count.get(mesh as usize).copied();
         let count = count.filter(|&count| count > 0);
         let count = count.ok_or(GeometryError::NoPrototype(mesh))?;
-        let first = self.number(count.into())?;
-        let placed = self.instances.push(mesh, first, to_world);
-        placed.ok_or(GeometryError::NotInvertible)?;
-        self.edits.mark_instances();
-        let number = self.instances.len() as u32 - 1;
-        Ok(self.geometries.push(Geometry::Instance(number)))
+        let maps = Instances::maps(to_world).ok_or(GeometryError::NotInvertible)?;
+        self.number(count.into())?;
+        let taken = self.take_place(PlaceKind::Instance, count, 0);
+        let id = if let Some(id) = taken {
+            let k = self.geometries.first[id as usize];
+            self.instances.set_maps(k as usize, maps);
+            self.instances.mesh[k as usize] = mesh;
+            self.geometries.replace(id, Geometry::Instance(k));
+            id
+        } else {
+            let first = self.instanced_count() as u32;
+            self.instances.push(mesh, first, maps);
+            let number = self.instances.len() as u32 - 1;
+            self.geometries.push(Geometry::Instance(number))
+        };
+        self.edits.mark_added(id);
+        Ok(id)
     }
 
     /// Lists the geometries by their first `prim_id`, in ascending order. Primitives between two
@@ -308,20 +337,30 @@ impl Scene {
         starts
     }
 
-    /// Adds triangles of material 0 and returns their run of primitives.
+    /// Adds triangles of material 0. Returns the number whose place they took, if one was free, and
+    /// the first primitive.
     fn add_triangles(
         &mut self,
+        kind: PlaceKind,
         vertices: &[[f32; 3]],
         indices: &[[u32; 3]],
-    ) -> Result<(u32, u32), GeometryError> {
+    ) -> Result<(Option<u32>, u32), GeometryError> {
         check_finite(vertices)?;
         check_indices(indices, vertices.len())?;
-        let first_vertex = self.triangles.vertices.len();
-        let all_vertices = first_vertex + vertices.len();
-        if all_vertices > Prim::MAX_INDEX as usize {
-            return Err(GeometryError::TooMany(all_vertices));
+        // Vertices without triangles are nobody's.
+        let vertices = if indices.is_empty() { &[] } else { vertices };
+        let (taken, first) = self.find_place(kind, indices.len(), vertices.len())?;
+        if indices.is_empty() {
+            return Ok((taken, first));
         }
-        let first = self.make_room(indices.len())?;
+        if taken.is_some() {
+            let row = self.prims[first as usize].index();
+            let place = self.geometries.prim_place(first);
+            let first_vertex = place.map_or(0, |place| place.first_vertex);
+            self.triangles.replace(row, first_vertex, vertices, indices);
+            self.geometries.use_vertices(first, vertices.len() as u32);
+            return Ok((taken, first));
+        }
         let mut positions = Vec3s::default();
         for (axis, column) in positions.parts_mut().into_iter().enumerate() {
             column.extend(vertices.iter().map(|vertex| vertex[axis]));
@@ -332,43 +371,77 @@ impl Scene {
             material: MeshMaterial::One(0),
             ..Mesh::default()
         });
-        self.edits.mark_topology();
-        if !indices.is_empty() {
-            let run = [first, first_vertex as u32, vertices.len() as u32];
-            self.geometries.vertex_runs.push(run);
-        }
-        Ok((first, indices.len() as u32))
+        Ok((taken, first))
     }
 
-    /// Checks that `more` primitives can be numbered, beside all that are stored or shown by
-    /// instances; the last number stands for a miss. Returns how many instances show by now.
-    fn number(&self, more: u64) -> Result<u32, GeometryError> {
-        let last = self.instances.first.last().zip(self.instances.mesh.last());
-        let shown = last.map_or(0, |(&first, &mesh)| {
-            u64::from(first) + u64::from(self.meshes.count[mesh as usize])
-        });
-        let all = self.prim_count() as u64 + shown + more;
-        if all < u64::from(u32::MAX) {
-            Ok(shown as u32)
-        } else {
-            Err(GeometryError::TooManyShown(all))
+    /// A free place that fits, and its first primitive; or none, and the number of the next
+    /// primitive. Adds material 0 if there is none.
+    fn find_place(
+        &mut self,
+        kind: PlaceKind,
+        prims: usize,
+        vertices: usize,
+    ) -> Result<(Option<u32>, u32), GeometryError> {
+        let kind = if prims == 0 { PlaceKind::Nothing } else { kind };
+        let limit = Prim::MAX_INDEX as usize;
+        let largest = prims.max(vertices);
+        if largest > limit {
+            return Err(GeometryError::TooMany(largest));
         }
-    }
-
-    /// Checks that `more` primitives can be stored, and adds material 0 if there is none.
-    fn make_room(&mut self, more: usize) -> Result<u32, GeometryError> {
-        let all = self.prim_count() + more;
-        if all > Prim::MAX_INDEX as usize {
-            return Err(GeometryError::TooMany(all));
-        }
-        self.number(more as u64)?;
         if self.materials.is_empty() {
             self.materials.push(&Material {
                 kd: Vec3::splat(0.8),
                 ..Material::default()
             });
         }
-        Ok(self.prim_count() as u32)
+        if let Some(number) = self.take_place(kind, prims as u32, vertices as u32) {
+            let first = match kind {
+                PlaceKind::Prototype => self.meshes.first[number as usize],
+                PlaceKind::Nothing => 0,
+                _ => self.geometries.first[number as usize],
+            };
+            return Ok((Some(number), first));
+        }
+        let first_vertex = self.triangles.vertices.len();
+        let all = (self.prim_count() + prims).max(first_vertex + vertices);
+        if all > limit {
+            return Err(GeometryError::TooMany(all));
+        }
+        self.number(prims as u64)?;
+        let first = self.prim_count() as u32;
+        if prims > 0 {
+            let (prims, vertices) = (prims as u32, vertices as u32);
+            let row = [first, prims, first_vertex as u32, vertices, vertices];
+            self.geometries.places.push(row);
+            self.edits.add_to_places(prims as usize);
+        }
+        Ok((None, first))
+    }
+
+    /// Adds a geometry of primitives that have a place.
+    fn add_geometry(&mut self, taken: Option<GeomId>, first: u32, count: usize) -> GeomId {
+        let count = count as u32;
+        let geometry = Geometry::Prims { first, count };
+        let id = match taken {
+            Some(id) => {
+                self.geometries.replace(id, geometry);
+                id
+            }
+            None => self.geometries.push(geometry),
+        };
+        self.edits.mark_added(id);
+        id
+    }
+
+    /// Checks that `more` primitives can be numbered, beside all that are stored or shown by
+    /// instances; the last number stands for a miss.
+    fn number(&self, more: u64) -> Result<(), GeometryError> {
+        let all = self.prim_count() as u64 + self.instanced_count() + more;
+        if all < u64::from(u32::MAX) {
+            Ok(())
+        } else {
+            Err(GeometryError::TooManyShown(all))
+        }
     }
 }
 

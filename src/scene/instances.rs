@@ -8,7 +8,7 @@ use glam::{DAffine3, DVec3, Vec3};
 pub struct Meshes {
     /// First primitive of each mesh.
     pub first: Column<u32>,
-    /// Number of primitives of each mesh, at least 1.
+    /// Number of primitives of each mesh; 0 for a prototype that was removed.
     pub count: Column<u32>,
 }
 
@@ -39,7 +39,8 @@ impl Meshes {
 pub struct Instances {
     /// Index of the mesh.
     pub mesh: Column<u32>,
-    /// Number of primitives of all instances before this one: see [`super::Scene::resolve`].
+    /// Number of primitives of all instances before this one, with those that are free again: see
+    /// [`super::Scene::resolve`].
     pub first: Column<u32>,
     /// Number of its name in [`super::Scene::names`], or [`NO_NAME`].
     pub name: Column<u32>,
@@ -67,9 +68,8 @@ impl Instances {
         self.mesh.is_empty()
     }
 
-    /// Adds an instance; `None` for a map that has no inverse in single precision.
-    pub(super) fn push(&mut self, mesh: u32, first: u32, to_world: DAffine3) -> Option<()> {
-        let maps = Instances::maps(to_world)?;
+    /// Adds an instance with both of its maps.
+    pub(super) fn push(&mut self, mesh: u32, first: u32, maps: [[Vec3; 4]; 2]) {
         for column in self.to_world.iter_mut().chain(&mut self.to_object) {
             column.push(Vec3::ZERO);
         }
@@ -77,7 +77,6 @@ impl Instances {
         self.mesh.push(mesh);
         self.first.push(first);
         self.name.push(NO_NAME);
-        Some(())
     }
 
     /// The columns of a map and of its inverse; `None` if it has none in single precision.
@@ -216,7 +215,7 @@ mod tests {
                 translation: DVec3::new(unit(), unit(), unit()) * 100.0,
             };
             let mut instances = Instances::default();
-            instances.push(0, 0, map).expect("an invertible map");
+            instances.push(0, 0, Instances::maps(map).expect("an invertible map"));
             let (own, [wx, wy, wz, wt]) = (instances.bounds(0, mesh), instances.world_columns(0));
             let [mx, my, mz, mt] = instances.object_columns(0);
             for corner in 0..8 {

@@ -91,7 +91,7 @@ fn objects(scene: &Scene) -> impl Iterator<Item = (u32, String)> {
     let mut geometries = geometries
         .filter_map(|(geometry, part)| match part {
             Geometry::Prims { first, count } => Some((geometry, first..first + count)),
-            Geometry::Instance(_) => None,
+            _ => None,
         })
         .peekable();
     let mut before = None;
@@ -121,7 +121,7 @@ fn objects(scene: &Scene) -> impl Iterator<Item = (u32, String)> {
             (None, None) => (prim, format!("{}{plural}{prim}", kind.name())),
         })
     });
-    let instances = (0..scene.instances.len()).map(|instance| {
+    let instances = scene.visible_instances().map(|instance| {
         let name = scene.names.get(scene.instances.name[instance]);
         (
             scene.instance_first_id(instance),

@@ -4,6 +4,7 @@ use super::{GeometryError, Instances, Scene};
 use crate::edits::{Edits, SceneChanges};
 use crate::geometries::{GeomId, Geometry};
 use crate::geometry::check_finite;
+use crate::places::PrimPlace;
 
 impl Scene {
     /// The stamps of the scene as it is.
@@ -13,7 +14,7 @@ impl Scene {
 
     /// Compares the scene with what it was when it had these stamps.
     pub fn changes_since(&self, before: &Edits) -> SceneChanges {
-        self.edits().changes_since(before, self.meshes.len())
+        self.edits().changes_since(before)
     }
 
     /// Moves the vertices of a mesh that [`Scene::add_mesh`] has added: as many as it was added
@@ -45,7 +46,7 @@ impl Scene {
             _ => None,
         };
         self.move_vertices(first, vertices, ("mesh", geometry))?;
-        self.edits.mark_world();
+        self.edits.mark_moved(geometry);
         Ok(())
     }
 
@@ -59,9 +60,11 @@ impl Scene {
         prototype: u32,
         vertices: &[[f32; 3]],
     ) -> Result<(), GeometryError> {
-        let first = self.meshes.first.get(prototype as usize).copied();
+        let row = prototype as usize;
+        let used = self.meshes.count.get(row).is_some_and(|&count| count > 0);
+        let first = used.then(|| self.meshes.first[row]);
         self.move_vertices(first, vertices, ("prototype", prototype))?;
-        self.edits.mark_mesh(prototype as usize);
+        self.edits.mark_moved_prototype(prototype);
         Ok(())
     }
 
@@ -71,24 +74,22 @@ impl Scene {
         vertices: &[[f32; 3]],
         (kind, id): (&'static str, u32),
     ) -> Result<(), GeometryError> {
-        let run = first_prim.and_then(|first| self.geometries.vertices(first));
-        // A damaged cache may name others than there are.
-        let run = run.filter(|run| run.end <= self.triangles.vertices.len());
-        let run = run.ok_or(GeometryError::NoGeometry { kind, id })?;
-        if run.len() != vertices.len() {
+        let place = first_prim.and_then(|first| self.geometries.prim_place(first));
+        // Spheres have none, and a damaged cache may name others than there are.
+        let rows = self.triangles.vertices.len() as u64;
+        let end = |place: &PrimPlace| u64::from(place.first_vertex) + u64::from(place.vertices);
+        let place = place.filter(|place| place.vertices > 0 && end(place) <= rows);
+        let place = place.ok_or(GeometryError::NoGeometry { kind, id })?;
+        let used = self.geometries.used_vertices(place.first_prim) as usize;
+        if used != vertices.len() {
             return Err(GeometryError::VertexCount {
                 given: vertices.len(),
-                vertices: run.len(),
+                vertices: used,
             });
         }
         check_finite(vertices)?;
-        let columns = self.triangles.vertices.parts_mut();
-        for (axis, column) in columns.into_iter().enumerate() {
-            let column = &mut column[run.clone()];
-            for (c, vertex) in column.iter_mut().zip(vertices) {
-                *c = vertex[axis];
-            }
-        }
+        self.triangles
+            .set_vertices(place.first_vertex as usize, vertices);
         Ok(())
     }
 
@@ -123,7 +124,7 @@ impl Scene {
         };
         let maps = Instances::maps(to_world).ok_or(GeometryError::NotInvertible)?;
         self.instances.set_maps(k as usize, maps);
-        self.edits.mark_instances();
+        self.edits.mark_moved(geometry);
         Ok(())
     }
 
@@ -147,18 +148,12 @@ impl Scene {
     /// # Ok::<(), phalanx::GeometryError>(())
     /// ```
     pub fn set_mask(&mut self, geometry: GeomId, mask: u32) -> Result<(), GeometryError> {
-        let known = self.geometries.get(geometry);
-        let known = known.ok_or(GeometryError::NoGeometry {
-            kind: "geometry",
-            id: geometry,
-        })?;
+        self.geometry(geometry)?;
         let before = &mut self.geometries.mask[geometry as usize];
         let shown_or_hidden = (*before == 0) != (mask == 0);
         *before = mask;
-        match known {
-            Geometry::Prims { .. } if shown_or_hidden => self.edits.mark_topology(),
-            Geometry::Instance(_) if shown_or_hidden => self.edits.mark_instances(),
-            _ => {}
+        if shown_or_hidden {
+            self.edits.mark_contents(geometry);
         }
         Ok(())
     }

@@ -25,17 +25,14 @@ impl Scene {
     /// # Ok::<(), phalanx::GeometryError>(())
     /// ```
     pub fn set_name(&mut self, geometry: GeomId, name: &str) -> Result<(), GeometryError> {
-        let known = self.geometries.get(geometry);
-        let known = known.ok_or(GeometryError::NoGeometry {
-            kind: "geometry",
-            id: geometry,
-        })?;
+        let known = self.geometry(geometry)?;
         let name = self.names.intern(name.as_bytes());
         match known {
             Geometry::Prims { first, count } => {
                 self.names.name_run(first..first + count, name, None);
             }
             Geometry::Instance(k) => self.instances.name[k as usize] = name,
+            Geometry::RemovedPrims { .. } | Geometry::RemovedInstance(_) => {}
         }
         Ok(())
     }
@@ -47,6 +44,10 @@ impl Scene {
             return [None; 2];
         }
         let resolved = self.resolve(prim_id);
+        // The number may be free, of a larger mesh that an instance showed before.
+        if resolved.prim as usize >= self.prim_count() {
+            return [None; 2];
+        }
         let [object, material] = self.names.of_prim(resolved.prim);
         let placed = resolved.instance.map(|k| self.instances.name[k as usize]);
         [placed.unwrap_or(object), material].map(|name| self.names.get(name))
@@ -94,11 +95,9 @@ impl Scene {
             }
         };
         (self.world_runs().into_iter()).for_each(|prims| add_runs(prims, None));
-        for (k, &mesh) in self.instances.mesh.iter().enumerate() {
-            add_runs(
-                self.meshes.prims(mesh as usize),
-                Some(self.instances.name[k]),
-            );
+        for k in self.visible_instances() {
+            let mesh = self.instances.mesh[k] as usize;
+            add_runs(self.meshes.prims(mesh), Some(self.instances.name[k]));
         }
         sizes.map(|sizes| {
             let sizes = (0..).zip(sizes).filter(|(_, size)| *size > 0);

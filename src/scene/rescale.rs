@@ -33,7 +33,7 @@ impl Scene {
         let apart = scale.world != scale.meshes && self.shares_vertices();
         if (scale.world, scale.meshes) != (1.0, 1.0) && !apart {
             self.scale_by(scale);
-            self.edits.mark_topology();
+            self.edits.mark_everything();
         }
     }
 

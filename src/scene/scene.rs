@@ -230,28 +230,34 @@ impl Scene {
         stored.sum::<u64>() + shown.sum::<u64>()
     }
 
-    /// Number of all `prim_id`s: see [`Scene::resolve`].
+    /// Number of all `prim_id`s, with those that are free again: see [`Scene::resolve`].
     #[inline]
     pub fn id_count(&self) -> u64 {
         self.prim_count() as u64 + self.instanced_count()
     }
 
-    /// Number of primitives that all instances together show.
-    #[inline]
-    fn instanced_count(&self) -> u64 {
-        let count = |&mesh: &u32| u64::from(self.meshes.count[mesh as usize]);
-        self.instances.mesh.iter().map(count).sum()
+    /// Number of the numbers of primitives that instances show, with those that are free again.
+    pub(crate) fn instanced_count(&self) -> u64 {
+        let last = self.instances.first.last().zip(self.instances.mesh.last());
+        last.map_or(0, |(&first, &mesh)| {
+            u64::from(first) + u64::from(self.meshes.count[mesh as usize])
+        })
     }
 
-    /// The stored primitives that are visible in the world itself, without those of meshes and of
-    /// hidden geometries, as runs in file order.
+    /// The stored primitives that are visible in the world itself, without those of meshes, of
+    /// hidden geometries and of removed ones, as runs in file order.
     pub fn world_runs(&self) -> Vec<Range<u32>> {
+        let unseen = |unseen: Geometry| match unseen {
+            Geometry::Prims { first, count } => Some(first..first + count),
+            _ => None,
+        };
+        let mesh = |mesh: usize| {
+            let place = self.geometries.prim_place(self.meshes.first[mesh]);
+            place.map_or(self.meshes.prims(mesh), |place| place.all_prims())
+        };
         let mut others: Vec<Range<u32>> = (0..self.meshes.len())
-            .map(|mesh| self.meshes.prims(mesh))
-            .chain(self.geometries.hidden().filter_map(|hidden| match hidden {
-                Geometry::Prims { first, count } => Some(first..first + count),
-                Geometry::Instance(_) => None,
-            }))
+            .map(mesh)
+            .chain(self.geometries.unseen().filter_map(unseen))
             .collect();
         others.sort_unstable_by_key(|run| run.start);
         runs_between(0..self.prim_count() as u32, others)
@@ -268,19 +274,19 @@ impl Scene {
     /// The visible instances as objects, which are numbered from [`Scene::prim_count`] on, as runs.
     pub fn instance_runs(&self) -> Vec<Range<u32>> {
         let first = self.prim_count() as u32;
-        let mut hidden: Vec<u32> = (self.geometries.hidden())
-            .filter_map(|hidden| match hidden {
+        let mut unseen: Vec<u32> = (self.geometries.unseen())
+            .filter_map(|unseen| match unseen {
                 Geometry::Instance(k) => Some(first + k),
-                Geometry::Prims { .. } => None,
+                _ => None,
             })
             .collect();
-        hidden.sort_unstable();
-        let hidden = hidden.into_iter().map(|object| object..object + 1);
-        runs_between(first..first + self.instances.len() as u32, hidden)
+        unseen.sort_unstable();
+        let unseen = unseen.into_iter().map(|object| object..object + 1);
+        runs_between(first..first + self.instances.len() as u32, unseen)
     }
 
     /// Numbers of the visible instances.
-    fn visible_instances(&self) -> impl Iterator<Item = usize> {
+    pub fn visible_instances(&self) -> impl Iterator<Item = usize> {
         let first = self.prim_count();
         let objects = self.instance_runs().into_iter().flatten();
         objects.map(move |object| object as usize - first)
@@ -406,7 +412,12 @@ impl Scene {
 
     /// Bounds of a mesh's padded primitives, in the space where they are stored.
     pub fn mesh_bounds(&self, mesh: usize) -> Bounds {
-        self.bounds_of_run(self.meshes.prims(mesh), Bounds::padded)
+        self.padded_bounds(self.meshes.prims(mesh))
+    }
+
+    /// Bounds of stored primitives, padded, in the space where they are stored.
+    pub fn padded_bounds(&self, prims: Range<u32>) -> Bounds {
+        self.bounds_of_run(prims, Bounds::padded)
     }
 
     /// [`Scene::mesh_bounds`] of every mesh.

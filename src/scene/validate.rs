@@ -2,8 +2,10 @@
 
 use super::ViewError;
 use super::{MAX_TEXTURE_SIDE, Prim, PrimKind, Scene};
+use crate::geometries::Geometry;
 use crate::prims::ColumnInfo;
 use glam::Vec3;
+use std::collections::HashSet;
 
 /// Longest side of an image, in pixels.
 pub const MAX_SIDE: u32 = 65_536;
@@ -129,10 +131,12 @@ impl Scene {
 
     /// Checks that geometries are runs of primitives, one after another, and instances that exist.
     fn validate_geometries(&self) -> Result<(), SceneError> {
-        match self
-            .geometries
-            .first_wrong(self.prim_count(), self.instances.len())
-        {
+        let (geometries, prims) = (&self.geometries, self.prim_count());
+        let vertices = self.triangles.vertices.len();
+        if let Some(row) = geometries.first_wrong_place(prims, vertices) {
+            return Err(column("mesh", "vertices", row, "out of range"));
+        }
+        match geometries.first_wrong(prims, self.instances.len()) {
             Some(id) => Err(column("geometry", "run", id as usize, "out of range")),
             None => Ok(()),
         }
@@ -143,7 +147,9 @@ impl Scene {
         let mut end = 0u64;
         for mesh in 0..meshes.len() {
             let (first, count) = (meshes.first[mesh], meshes.count[mesh]);
-            if u64::from(first) < end || count == 0 {
+            // Those that were removed have a place, and no primitives.
+            let removed = self.geometries.prim_place(first).is_some() && count == 0;
+            if u64::from(first) < end || count == 0 && !removed {
                 return Err(column(
                     "mesh",
                     "run",
@@ -165,26 +171,39 @@ impl Scene {
         if ids >= u64::from(u32::MAX) {
             return Err(SceneError::TooManyShown(ids));
         }
-        let mut first = 0;
-        for (k, (&mesh, &given)) in instances.mesh.iter().zip(&instances.first).enumerate() {
-            if given != first {
-                return Err(column(
-                    "instance",
-                    "number",
-                    k,
-                    "not the sum of those before",
-                ));
+        let mut end = 0;
+        for k in self.present_instances() {
+            let (first, count) = (instances.first[k], meshes.count[instances.mesh[k] as usize]);
+            if count == 0 {
+                return Err(column("instance", "mesh", k, "without primitives"));
             }
-            first += meshes.count[mesh as usize];
+            if u64::from(first) < end {
+                return Err(column("instance", "number", k, "among those before"));
+            }
+            end = u64::from(first) + u64::from(count);
         }
         Ok(())
+    }
+
+    /// The instances that were not removed.
+    fn present_instances(&self) -> impl Iterator<Item = usize> {
+        let removed = self
+            .geometries
+            .iter()
+            .filter_map(|(_, geometry)| match geometry {
+                Geometry::RemovedInstance(k) => Some(k as usize),
+                _ => None,
+            });
+        let removed: HashSet<usize> = removed.collect();
+        (0..self.instances.len()).filter(move |k| !removed.contains(k))
     }
 
     /// Checks that every instance's box is finite in single precision, as trees need it.
     fn validate_boxes(&self) -> Result<(), SceneError> {
         let meshes = self.bounds_of_meshes();
-        for (k, &mesh) in self.instances.mesh.iter().enumerate() {
-            let own = self.instances.bounds(k, meshes[mesh as usize]).padded();
+        for k in self.present_instances() {
+            let mesh = self.instances.mesh[k] as usize;
+            let own = self.instances.bounds(k, meshes[mesh]).padded();
             if !own.lo.is_finite() || !own.hi.is_finite() {
                 return Err(column("instance", "box", k, "not finite"));
             }

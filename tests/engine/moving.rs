@@ -5,10 +5,10 @@ use super::front_door::soup;
 use crate::common::rays::{Engines, toward};
 use crate::common::rng::Rng;
 use glam::{DAffine3, DQuat, DVec3, Vec3};
-use phalanx::bvh::{BuildSettings, Quality};
+use phalanx::bvh::{BuildSettings, Child, LeafKind, Quality};
 use phalanx::oracle::{OracleRay, TwoLevelBvh};
-use phalanx::scene::{Cone, GeometryError};
-use phalanx::{Bvh, GeomId, HitBuffer, Ray, RayBuffer, RayFilter, Scene, cache};
+use phalanx::scene::{Bounds, Cone, GeometryError};
+use phalanx::{Bvh, GeomId, HitBuffer, NO_GEOM, Ray, RayBuffer, RayFilter, Scene, cache};
 
 /// Edits of all scenes together; `PHALANX_EDITS` asks for another number.
 fn edits() -> usize {
@@ -23,8 +23,8 @@ struct Stage {
     scene: Scene,
     meshes: Vec<(GeomId, Vec<[f32; 3]>)>,
     prototypes: Vec<(u32, Vec<[f32; 3]>)>,
+    spheres: Vec<GeomId>,
     instances: Vec<GeomId>,
-    geometries: u32,
 }
 
 impl Stage {
@@ -34,22 +34,17 @@ impl Stage {
             scene: Scene::new(),
             meshes: Vec::new(),
             prototypes: Vec::new(),
+            spheres: Vec::new(),
             instances: Vec::new(),
-            geometries: 0,
         };
         for _ in 0..random.below(3) {
             stage.add_mesh(random);
         }
         if random.below(2) == 0 {
-            let centers = [(); 9].map(|()| random.point(1.0).to_array());
-            stage
-                .scene
-                .add_spheres(&centers, &[0.1; 9])
-                .expect("spheres");
-            stage.geometries += 1;
+            stage.add_spheres(random);
         }
         // Added by hand, so that it needs a material that there is.
-        if random.below(3) == 0 && stage.geometries > 0 {
+        if random.below(3) == 0 && !stage.geometries().is_empty() {
             let (base, apex) = (random.point(1.0), random.point(1.0));
             let cone = Cone {
                 base,
@@ -74,7 +69,24 @@ impl Stage {
         let (vertices, indices) = soup(random, count);
         let mesh = self.scene.add_mesh(&vertices, &indices).expect("a mesh");
         self.meshes.push((mesh, vertices));
-        self.geometries += 1;
+    }
+
+    fn add_spheres(&mut self, random: &mut Rng) {
+        let centers = [(); 9].map(|()| random.point(1.0).to_array());
+        let count = 1 + random.below(9);
+        let spheres = self
+            .scene
+            .add_spheres(&centers[..count], &[0.1; 9][..count]);
+        self.spheres.push(spheres.expect("spheres"));
+    }
+
+    fn geometries(&self) -> Vec<GeomId> {
+        let meshes = self.meshes.iter().map(|(mesh, _)| mesh);
+        meshes
+            .chain(&self.spheres)
+            .chain(&self.instances)
+            .copied()
+            .collect()
     }
 
     fn add_prototype(&mut self, random: &mut Rng) {
@@ -89,18 +101,45 @@ impl Stage {
             let prototype = self.prototypes[which].0;
             let instance = self.scene.add_instance(prototype, map(random));
             self.instances.push(instance.expect("a place"));
-            self.geometries += 1;
+        }
+    }
+
+    /// Removes a geometry, or a prototype that nothing shows; the others keep their numbers.
+    fn remove(&mut self, random: &mut Rng) {
+        let geometries = self.geometries();
+        if let Some(&(prototype, _)) = self.prototypes.first()
+            && random.below(8) == 0
+        {
+            if self.scene.remove_prototype(prototype).is_ok() {
+                self.prototypes.remove(0);
+            }
+        } else if !geometries.is_empty() {
+            let gone = geometries[random.below(geometries.len())];
+            let firsts = |stage: &Stage| {
+                let starts = stage.scene.geometry_starts().into_iter();
+                let all = starts.filter(|&(_, id)| id != gone && id != NO_GEOM);
+                all.collect::<Vec<_>>()
+            };
+            let before = firsts(self);
+            self.scene.remove(gone).expect("a geometry");
+            self.meshes.retain(|&(id, _)| id != gone);
+            self.spheres.retain(|&id| id != gone);
+            self.instances.retain(|&id| id != gone);
+            assert_eq!(firsts(self), before);
         }
     }
 
     /// Makes one random edit.
     fn edit(&mut self, random: &mut Rng) {
-        match random.below(20) {
+        match random.below(25) {
             0 => self.add_mesh(random),
             1 => self.add_prototype(random),
             2 | 3 => self.add_instance(random),
-            4 | 5 if self.geometries > 0 => {
-                let geometry = random.below(self.geometries as usize) as u32;
+            20 | 21 => self.add_spheres(random),
+            22..25 => self.remove(random),
+            4 | 5 if !self.geometries().is_empty() => {
+                let geometries = self.geometries();
+                let geometry = geometries[random.below(geometries.len())];
                 let mask = [0, u32::MAX, 5][random.below(3)];
                 self.scene.set_mask(geometry, mask).expect("a geometry");
             }
@@ -141,8 +180,54 @@ fn deform(random: &mut Rng, vertices: &mut [[f32; 3]]) {
     }
 }
 
+/// Checks that every visible object is in the tree once, within the boxes of all nodes above it.
+fn assert_whole(scene: &Scene, bvh: &Bvh) {
+    let mut seen = Vec::new();
+    let everything = Bounds::new(Vec3::NEG_INFINITY, Vec3::INFINITY);
+    let mut waiting = vec![(Child::Node(0), everything)];
+    while let Some((child, within)) = waiting.pop() {
+        match child {
+            Child::Node(index) => {
+                let node = &bvh.nodes()[index as usize];
+                for k in 0..2 {
+                    let [lo, hi] = node.boxes[k].map(Vec3::from_array);
+                    let bounds = Bounds::new(lo, hi);
+                    if !matches!(node.child(k), Child::Leaf { count: 0, .. }) {
+                        assert_eq!(within.union(bounds), within, "node {index}");
+                        waiting.push((node.child(k), bounds));
+                    }
+                }
+            }
+            Child::Leaf {
+                kind: LeafKind::Instance,
+                first,
+                count,
+            } => {
+                for row in &bvh.leaf_prims().instances[first as usize..][..count as usize] {
+                    let [lo, hi] = row.prim_aabb.map(Vec3::from_array);
+                    assert_eq!(within.union(Bounds::new(lo, hi)), within);
+                }
+                seen.extend((0..count).map(|_| u32::MAX));
+            }
+            Child::Leaf { kind, first, count } => {
+                let rows = first as usize..(first + count) as usize;
+                for prim in bvh.leaf_prims().stored_prims(kind, rows) {
+                    let bounds = scene.prim_bounds(prim);
+                    assert_eq!(within.union(bounds), within, "primitive {prim}");
+                    seen.push(prim);
+                }
+            }
+        }
+    }
+    seen.sort_unstable();
+    let prims = scene.world_runs().into_iter().flatten();
+    let shown = scene.visible_instances().map(|_| u32::MAX);
+    assert!(seen.into_iter().eq(prims.chain(shown)));
+}
+
 /// Checks that a tree answers as a fresh one, and as the oracle does in every kernel.
 fn assert_follows(scene: &Scene, bvh: &Bvh, random: &mut Rng) {
+    assert_whole(scene, bvh);
     let fresh = Bvh::build(scene);
     let oracle = TwoLevelBvh::build(scene);
     let mut engines = Engines::new(scene, &oracle, bvh);
@@ -181,7 +266,11 @@ fn updated_trees_answer_as_fresh_ones() {
         let mut late = bvh.clone();
         for edit in 0..EDITS_PER_SCENE {
             stage.edit(&mut random);
-            bvh.update(&stage.scene);
+            let dbg = bvh.update(&stage.scene);
+            eprintln!(
+                "seed {seed} edit {edit}: {dbg:?} {:?}",
+                stage.scene.geometry_starts()
+            );
             assert_follows(&stage.scene, &bvh, &mut random);
             if edit % 7 == 6 {
                 late.update(&stage.scene);

@@ -109,13 +109,15 @@ pub fn fingerprint(scene: &Scene) -> u64 {
     })
 }
 
-/// Writes a scene, which must be valid, and its tree; returns the bytes written.
+/// Writes a scene, which must be valid, and its tree; returns the bytes written. A tree that has
+/// followed a scene where things came and went is built anew for the file.
 ///
 /// The same scene and tree give the same bytes on every machine of the same byte order.
 ///
 /// # Errors
 /// [`CacheWriteError`]; then part of the file may have been written.
 pub fn write(out: &mut dyn Write, scene: &Scene, bvh: &Bvh) -> Result<u64, CacheWriteError> {
+    let bvh = &*bvh.as_built(scene);
     let settings = settings::write(scene, &Extra::of(scene, bvh.sah()));
     let levels = bvh.depths()?;
     let sections = sections(scene, bvh, &settings, &levels);

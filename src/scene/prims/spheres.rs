@@ -36,6 +36,16 @@ impl Spheres {
         self.radius.push(radius);
         self.material.push(material);
     }
+
+    /// Replaces rows by spheres of material 0.
+    pub(crate) fn replace(&mut self, first: usize, centers: &[[f32; 3]], radii: &[f32]) {
+        for (row, center) in (first..).zip(centers) {
+            self.center.set(row, Vec3::from(*center));
+        }
+        let rows = first..first + radii.len();
+        self.radius[rows.clone()].copy_from_slice(radii);
+        self.material[rows].fill(0);
+    }
 }
 
 impl PrimColumns for Spheres {

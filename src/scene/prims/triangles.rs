@@ -174,6 +174,44 @@ impl Triangles {
         }
     }
 
+    /// Replaces rows by bare triangles of material 0, and the vertices from `first_vertex` on by
+    /// theirs.
+    pub(crate) fn replace(
+        &mut self,
+        first: usize,
+        first_vertex: u32,
+        vertices: &[[f32; 3]],
+        corners: &[[u32; 3]],
+    ) {
+        let rows = first..first + corners.len();
+        for (row, corners) in self.corners[rows.clone()].iter_mut().zip(corners) {
+            *row = corners.map(|corner| first_vertex + corner);
+        }
+        for column in [
+            &mut self.normals,
+            &mut self.uvs,
+            &mut self.tangents,
+            &mut self.colors,
+        ] {
+            if !column.is_empty() {
+                column[rows.clone()].fill([NO_INDEX; 3]);
+            }
+        }
+        self.material[rows].fill(0);
+        self.set_vertices(first_vertex as usize, vertices);
+    }
+
+    /// Moves the vertices from this one on.
+    pub(crate) fn set_vertices(&mut self, first: usize, vertices: &[[f32; 3]]) {
+        let columns = self.vertices.parts_mut();
+        for (axis, column) in columns.into_iter().enumerate() {
+            let column = &mut column[first..first + vertices.len()];
+            for (c, vertex) in column.iter_mut().zip(vertices) {
+                *c = vertex[axis];
+            }
+        }
+    }
+
     /// The three vertices of a triangle. Written out, because a closure in an array's map becomes a
     /// call, and most passes over a mesh use this.
     #[inline]

@@ -9,11 +9,9 @@
 
 use super::build_input::BuildInput;
 use super::geometry_starts::GeometryStarts;
-use super::offsets::Offsets;
 use super::settings::BuildSettings;
-use super::subtree::{Subtree, build_subtree, relative_cost};
-use super::tree_parts::{TreePart, TreeParts};
-use super::wide::widen;
+use super::subtree::{Subtree, build_subtree};
+use super::tree_parts::TreeParts;
 use super::{Bvh, WideBvh};
 use phalanx_scene::huge_pages::move_to_huge_pages;
 use phalanx_scene::{NO_PRIM, Scene, on_pool, thread_count};
@@ -98,10 +96,8 @@ impl Bvh {
     fn wide_on(&self, threads: usize) -> &WideBvh {
         self.wide.get_or_init(|| {
             let threads = thread_count(threads);
-            let parts = self.parts.as_deref();
-            let roots = parts.and_then(|parts| parts.roots(self.nodes.len()));
             let nodes = self.nodes.len();
-            let widen = || Box::new(widen(self, roots));
+            let widen = || Box::new(WideBvh::of(self, self.parts.as_deref()));
             let make = || run_on_threads(threads, nodes, || on_pool(widen));
             std::thread::scope(|scope| {
                 match std::thread::Builder::new().spawn_scoped(scope, make) {
@@ -141,22 +137,12 @@ fn build(scene: &Scene, settings: &BuildSettings) -> Bvh {
         .collect();
     let bounds = meshes.iter().map(|mesh| mesh.tree.bounds).collect();
     let input = BuildInput::new(scene, bounds);
-    let Some(world) = build_subtree(&input, input.world(), quality) else {
-        return Bvh {
-            geometries: GeometryStarts::of(scene),
-            ..Bvh::default()
-        };
-    };
-    let mut parts = TreeParts {
-        settings: *settings,
-        edits: scene.edits(),
-        world: TreePart::at(0, 0, &world),
-        meshes: Vec::new(),
-        top: None,
-    };
+    let world = build_subtree(&input, input.world(), quality);
+    let world = world.unwrap_or_else(Subtree::of_nothing);
+    let mut parts = TreeParts::of(scene, settings, &world);
     let mut bvh = Bvh {
         depth: world.tree.depth,
-        sah: 1.0 + relative_cost(world.tree.weighted_cost, world.tree.bounds),
+        sah: world.cost(),
         nodes: world.tree.nodes.into(),
         slots: world.slots,
         geometries: GeometryStarts::of(scene),
@@ -174,17 +160,12 @@ fn append_meshes(bvh: &mut Bvh, meshes: Vec<Subtree>, parts: &mut TreeParts) {
     }
     let mut deepest = 0;
     for mesh in meshes {
-        let part = TreePart::at(bvh.nodes.len(), bvh.slots.triangles.len(), &mesh);
-        parts.meshes.push(part);
-        let offsets = Offsets::after(bvh.nodes.len(), &bvh.slots);
-        let mut nodes = mesh.tree.nodes;
-        offsets.rebase_nodes(&mut nodes);
-        bvh.nodes.extend(nodes);
-        bvh.slots.append(&mesh.slots);
         deepest = deepest.max(mesh.tree.depth);
+        let part = parts.place((&mut bvh.nodes, &mut bvh.slots), mesh);
+        parts.prototypes.push(part);
     }
     for slot in bvh.slots.instances.iter_mut() {
-        slot.root = parts.meshes[slot.root as usize].nodes.start as u32;
+        slot.root = parts.prototypes[slot.root as usize].nodes.start as u32;
     }
     bvh.depth += deepest;
     move_to_huge_pages(bvh.nodes.make_mut());

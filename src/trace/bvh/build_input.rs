@@ -36,26 +36,16 @@ impl<'a> BuildInput<'a> {
 
     /// The objects of the world.
     pub(super) fn world(&self) -> Vec<PrimRef> {
-        self.prim_refs(&self.scene.world_objects())
-    }
-
-    /// The primitives of the world.
-    pub(super) fn world_prims(&self) -> Vec<PrimRef> {
-        self.prim_refs(&self.scene.world_runs())
-    }
-
-    /// The visible instances.
-    pub(super) fn instances(&self) -> Vec<PrimRef> {
-        self.prim_refs(&self.scene.instance_runs())
+        self.objects(&self.scene.world_objects())
     }
 
     /// The objects of a mesh.
     pub(super) fn mesh(&self, mesh: usize) -> Vec<PrimRef> {
-        self.prim_refs(&[self.scene.meshes.prims(mesh)])
+        self.objects(&[self.scene.meshes.prims(mesh)])
     }
 
     /// The objects of several runs.
-    fn prim_refs(&self, runs: &[Range<PrimIndex>]) -> Vec<PrimRef> {
+    pub(super) fn objects(&self, runs: &[Range<PrimIndex>]) -> Vec<PrimRef> {
         let blocks = runs.iter().flat_map(|run| {
             let firsts = run.clone().step_by(BLOCK as usize);
             firsts.map(|first| first..run.end.min(first.saturating_add(BLOCK)))

@@ -2,7 +2,7 @@
 
 use super::build_input::{BuildInput, triangle_bounds};
 use super::clustering::LeafObjects;
-use super::leaf_column::{LeafColumn, LeafRow};
+use super::leaf_column::{LeafColumn, LeafRow, RowKey};
 use super::node::LeafKind;
 use super::prim_ref::PrimIndex;
 use bytemuck::{Pod, Zeroable};
@@ -48,8 +48,12 @@ impl LeafRow for LeafTriangle {
         }
     }
 
-    fn stored_prim(&self) -> Option<u32> {
-        Some(self.prim_id)
+    fn key(&self) -> RowKey {
+        RowKey::Prim(self.prim_id)
+    }
+
+    fn padded_box(&self) -> Bounds {
+        self.bounds()
     }
 }
 
@@ -81,8 +85,12 @@ impl LeafRow for LeafSphere {
         }
     }
 
-    fn stored_prim(&self) -> Option<u32> {
-        Some(self.prim_id)
+    fn key(&self) -> RowKey {
+        RowKey::Prim(self.prim_id)
+    }
+
+    fn padded_box(&self) -> Bounds {
+        box_of(&self.prim_aabb)
     }
 }
 
@@ -111,8 +119,12 @@ impl LeafRow for LeafEllipsoid {
         }
     }
 
-    fn stored_prim(&self) -> Option<u32> {
-        Some(self.prim_id)
+    fn key(&self) -> RowKey {
+        RowKey::Prim(self.prim_id)
+    }
+
+    fn padded_box(&self) -> Bounds {
+        box_of(&self.prim_aabb)
     }
 }
 
@@ -160,8 +172,12 @@ impl LeafRow for LeafCone {
         }
     }
 
-    fn stored_prim(&self) -> Option<u32> {
-        Some(self.prim_id)
+    fn key(&self) -> RowKey {
+        RowKey::Prim(self.prim_id)
+    }
+
+    fn padded_box(&self) -> Bounds {
+        box_of(&self.prim_aabb)
     }
 }
 
@@ -197,9 +213,18 @@ impl LeafRow for LeafInstance {
         }
     }
 
-    fn stored_prim(&self) -> Option<u32> {
-        None
+    fn key(&self) -> RowKey {
+        RowKey::Instance(self.root, self.id_offset)
     }
+
+    fn padded_box(&self) -> Bounds {
+        box_of(&self.prim_aabb)
+    }
+}
+
+/// A padded box from its corners.
+pub(super) fn box_of([lo, hi]: &[[f32; 3]; 2]) -> Bounds {
+    Bounds::new(Vec3::from_array(*lo), Vec3::from_array(*hi))
 }
 
 /// All primitives in leaf order, a column for each kind.
@@ -249,7 +274,7 @@ impl LeafPrims {
         }
     }
 
-    fn leaf_column_mut(&mut self, kind: LeafKind) -> &mut dyn LeafColumn {
+    pub(super) fn leaf_column_mut(&mut self, kind: LeafKind) -> &mut dyn LeafColumn {
         match kind {
             LeafKind::Prim(PrimKind::Triangle) => &mut self.triangles,
             LeafKind::Prim(PrimKind::Sphere) => &mut self.spheres,
@@ -292,20 +317,9 @@ impl LeafPrims {
         columns.map(|column| column.bytes().len()).sum()
     }
 
-    /// Appends the rows of another set that follow as many as this one has; no instances.
-    pub(super) fn append_after(&mut self, other: &LeafPrims) {
-        for kind in PrimKind::ALL.map(LeafKind::Prim) {
-            let own = self.column(kind).bytes().len();
-            let rows = &other.column(kind).bytes()[own..];
-            self.leaf_column_mut(kind).append_bytes(rows);
-        }
-    }
-
-    /// Appends the primitives of another set.
-    pub(super) fn append(&mut self, other: &LeafPrims) {
-        for kind in LeafKind::all() {
-            let rows = other.column(kind).bytes();
-            self.leaf_column_mut(kind).append_bytes(rows);
-        }
+    /// Writes the rows of a kind of another set from row `first` on.
+    pub(super) fn write(&mut self, kind: LeafKind, first: usize, other: &LeafPrims) {
+        let rows = other.column(kind).bytes();
+        self.leaf_column_mut(kind).write_bytes(first, rows);
     }
 }

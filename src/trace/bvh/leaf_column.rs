@@ -7,7 +7,7 @@ use super::node::LeafKind;
 use super::prim_ref::PrimIndex;
 use bytemuck::Pod;
 use phalanx_scene::huge_pages::write_parts;
-use phalanx_scene::{AnyColumn, Column};
+use phalanx_scene::{AnyColumn, Bounds, Column};
 use std::ops::Range;
 
 /// A primitive, or an instance, in leaf order.
@@ -18,8 +18,28 @@ pub(super) trait LeafRow: Pod + Send + Sync {
     const NAME: &'static str;
     /// The row of an object.
     fn of(input: &BuildInput, object: PrimIndex) -> Self;
-    /// `prim_id` of the stored primitive; `None` for an instance.
-    fn stored_prim(&self) -> Option<u32>;
+    /// What the row stands for.
+    fn key(&self) -> RowKey;
+    /// The padded box.
+    fn padded_box(&self) -> Bounds;
+}
+
+/// What a row of a tree stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum RowKey {
+    /// `prim_id` of a stored primitive.
+    Prim(u32),
+    /// Root of the mesh's tree, and offset of the primitives' numbers, of an instance.
+    Instance(u32, u32),
+}
+
+impl RowKey {
+    fn prim(self) -> Option<u32> {
+        match self {
+            RowKey::Prim(prim) => Some(prim),
+            RowKey::Instance(..) => None,
+        }
+    }
 }
 
 /// A column of rows of one kind.
@@ -32,6 +52,10 @@ pub(super) trait LeafColumn: AnyColumn {
     fn are_prims_below(&self, rows: Range<usize>, count: u32) -> bool;
     /// The numbers of the primitives in these rows; none of instances.
     fn stored_prims(&self, rows: Range<usize>) -> Vec<u32>;
+    /// Moves what stays to the front of these rows; returns how many that are, and their box.
+    fn retain(&mut self, rows: Range<usize>, stays: &dyn Fn(RowKey) -> bool) -> (u32, Bounds);
+    /// How many of these rows stay, and their box.
+    fn count(&self, rows: Range<usize>, stays: &dyn Fn(RowKey) -> bool) -> (u32, Bounds);
 }
 
 impl<T: LeafRow> LeafColumn for Column<T> {
@@ -54,11 +78,34 @@ impl<T: LeafRow> LeafColumn for Column<T> {
     }
 
     fn are_prims_below(&self, rows: Range<usize>, count: u32) -> bool {
-        let mut prims = self[rows].iter().map(T::stored_prim);
+        let mut prims = self[rows].iter().map(|row| row.key().prim());
         prims.all(|prim| prim.is_some_and(|prim| prim < count))
     }
 
     fn stored_prims(&self, rows: Range<usize>) -> Vec<u32> {
-        self[rows].iter().filter_map(T::stored_prim).collect()
+        let prims = self[rows].iter().map(|row| row.key().prim());
+        prims.flatten().collect()
+    }
+
+    fn retain(&mut self, rows: Range<usize>, stays: &dyn Fn(RowKey) -> bool) -> (u32, Bounds) {
+        let own = &mut self[rows.clone()];
+        let mut count = 0;
+        for k in 0..own.len() {
+            if stays(own[k].key()) {
+                own.swap(count, k);
+                count += 1;
+            }
+        }
+        self.count(rows, stays)
+    }
+
+    fn count(&self, rows: Range<usize>, stays: &dyn Fn(RowKey) -> bool) -> (u32, Bounds) {
+        let mut count = 0;
+        let boxes = self[rows].iter().filter(|row| stays(row.key())).map(|row| {
+            count += 1;
+            row.padded_box()
+        });
+        let bounds = boxes.fold(Bounds::EMPTY, Bounds::union);
+        (count, bounds)
     }
 }

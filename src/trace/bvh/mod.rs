@@ -14,7 +14,9 @@
 //! | `upper` | the upper levels, optimised as one tree, and the whole below them |
 //! | `leaf_column` | primitives in leaf order |
 //! | `offsets` | trees of several meshes in common arrays |
-//! | `tree_parts`, `update`, `refit` | trees that follow a scene that moves |
+//! | `update`, `plan`, `follow` | trees that follow a scene that changes |
+//! | `tree_parts`, `free_rows` | parts of a tree, and their rows |
+//! | `refit`, `erase`, `top` | parts that move, what leaves them, and the tree that joins them |
 //!
 //! and these are what it makes:
 //!
@@ -34,16 +36,21 @@ mod build;
 mod build_input;
 mod clustering;
 mod division;
+mod erase;
+mod follow;
+mod free_rows;
 mod geometry_starts;
 pub mod leaf;
 mod leaf_column;
 mod node;
 mod offsets;
+mod plan;
 mod prim_ref;
 mod refit;
 mod reinsertion;
 mod settings;
 mod subtree;
+mod top;
 mod tree;
 mod tree_parts;
 mod update;
@@ -58,4 +65,5 @@ use node::weighted_cost;
 pub use node::{Child, LeafKind, Node};
 pub use settings::{BuildSettings, Quality};
 pub use tree::Bvh;
+pub use update::{UpdateError, UpdateMode, UpdateReport, UpdateWork};
 pub use validate::{Array, BvhArrays, BvhError, UnverifiedBvh};

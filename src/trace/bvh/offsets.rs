@@ -1,6 +1,6 @@
 //! Offsets of a tree's rows in arrays shared with other trees.
 
-use super::{Child, LeafKind, LeafPrims, Node};
+use super::{Child, LeafKind, Node};
 
 /// Offsets of a tree's nodes and slots in the shared arrays.
 #[derive(Clone, Copy, Default)]
@@ -10,14 +10,6 @@ pub(super) struct Offsets {
 }
 
 impl Offsets {
-    /// The offsets after existing rows.
-    pub(super) fn after(nodes: usize, slots: &LeafPrims) -> Offsets {
-        Offsets {
-            node: nodes as u32,
-            slot: slots.counts().map(|count| count as u32),
-        }
-    }
-
     /// Offsets of nodes only.
     pub(super) fn of_nodes(node: usize) -> Offsets {
         Offsets {

@@ -20,13 +20,20 @@ impl Node {
         };
         child(0).union(child(1))
     }
+
+    /// Σ area · cost over both children.
+    pub(super) fn weighted_cost(&self) -> f64 {
+        let child = |k| weighted_cost(self.child(k), self.bounds(k));
+        child(0) + child(1)
+    }
 }
 
 impl Bvh {
     /// Moves the triangles of a part, and the boxes around them, to where the scene has them now.
     /// Returns its Σ area · cost.
     pub(super) fn refit(&mut self, input: &BuildInput, part: &mut TreePart) -> f64 {
-        let triangles = &mut self.slots.triangles.make_mut()[part.triangles.clone()];
+        let first_triangle = part.triangles().start;
+        let triangles = &mut self.slots.triangles.make_mut()[part.triangles()];
         if part.corners.is_empty() {
             // In leaf order: later refits read what they need in one sweep.
             let corners = triangles.par_iter().map(|row| input.corners(row.prim_id));
@@ -45,14 +52,14 @@ impl Bvh {
             }
             let first = [
                 part.nodes.start + chunk.node,
-                part.triangles.start + chunk.triangle,
+                first_triangle + chunk.triangle,
             ];
             let count = nodes.len();
             refit_nodes((nodes, count), triangles, first)
         });
         // In order, so that the sum does not depend on threads.
         let below: f64 = weighted.iter().sum();
-        let first = [part.nodes.start, part.triangles.start];
+        let first = [part.nodes.start, first_triangle];
         below + refit_nodes((nodes, upper), triangles, first)
     }
 }
@@ -94,13 +101,4 @@ fn refit_nodes(
         }
     }
     weighted
-}
-
-/// Σ area · cost over the children of nodes.
-pub(super) fn weighted_cost_of(nodes: &[Node]) -> f64 {
-    let child = |node: &Node, k| weighted_cost(node.child(k), node.bounds(k));
-    nodes
-        .iter()
-        .map(|node| child(node, 0) + child(node, 1))
-        .sum()
 }

@@ -6,7 +6,7 @@ use super::division::Division;
 use super::prim_ref::PrimRef;
 use super::settings::Quality;
 use super::upper::{WholeTree, upper_tree};
-use super::{LeafPrims, best};
+use super::{LeafPrims, Node, best};
 use bumpalo::Bump;
 use phalanx_scene::Bounds;
 use rayon::prelude::*;
@@ -23,6 +23,29 @@ pub(super) fn relative_cost(weighted_cost: f64, bounds: Bounds) -> f64 {
 pub(super) struct Subtree {
     pub(super) tree: WholeTree,
     pub(super) slots: LeafPrims,
+}
+
+impl Subtree {
+    /// A root with two empty leaves.
+    pub(super) fn of_nothing() -> Subtree {
+        let tree = WholeTree {
+            nodes: vec![Node::EMPTY],
+            depth: 1,
+            ..WholeTree::default()
+        };
+        Subtree {
+            tree,
+            slots: LeafPrims::default(),
+        }
+    }
+
+    /// Cost by the surface area heuristic; 0 for nothing.
+    pub(super) fn cost(&self) -> f64 {
+        match self.tree.bounds.is_empty() {
+            true => 0.0,
+            false => 1.0 + relative_cost(self.tree.weighted_cost, self.tree.bounds),
+        }
+    }
 }
 
 /// The tree over some objects; `None` for none.

@@ -2,8 +2,8 @@
 
 use super::geometry_starts::GeometryStarts;
 use super::tree_parts::TreeParts;
-use super::{Child, LeafKind, LeafPrims, Node, WideBvh};
-use phalanx_scene::{Bounds, Column, ForkSafeOnce};
+use super::{LeafKind, LeafPrims, Node, WideBvh};
+use phalanx_scene::{Column, ForkSafeOnce};
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 /// The trees of a scene, with everything that a ray can hit: built by [`Bvh::build`], queried by
@@ -52,7 +52,7 @@ impl Default for Bvh {
     /// The tree of a scene without primitives: a root with two empty leaves.
     fn default() -> Self {
         Bvh {
-            nodes: vec![Node::new([(Child::EMPTY, Bounds::EMPTY); 2])].into(),
+            nodes: vec![Node::EMPTY].into(),
             slots: LeafPrims::default(),
             depth: 1,
             sah: 0.0,

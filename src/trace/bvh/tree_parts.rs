@@ -1,17 +1,22 @@
 //! The trees that a [`Bvh`](super::Bvh) consists of, which change on their own.
 
+use super::free_rows::FreeRows;
+use super::leaf_column::RowKey;
+use super::node::LeafKind;
+use super::offsets::Offsets;
 use super::settings::BuildSettings;
 use super::subtree::{Subtree, relative_cost};
 use super::upper::ChunkRows;
-use phalanx_scene::Edits;
+use super::{LeafPrims, Node};
+use phalanx_scene::{Column, Edits, GeomId, Geometry, PrimPlace, Scene};
 use std::ops::Range;
 
-/// The tree of the world, or of a mesh, among all.
+/// The tree of the world, of a mesh or of a geometry, among all.
 #[derive(Clone, Debug, Default)]
 pub(super) struct TreePart {
     pub(super) nodes: Range<usize>,
-    /// Rows of triangles; other primitives do not move.
-    pub(super) triangles: Range<usize>,
+    /// Rows of primitives by kind.
+    pub(super) slots: [Range<usize>; LeafKind::COUNT],
     /// Chunks, whose rows are counted from the first node and the first triangle.
     pub(super) chunks: Vec<ChunkRows>,
     /// Rows of the scene's vertices, by triangle; empty until the part is first refitted.
@@ -23,24 +28,151 @@ pub(super) struct TreePart {
     pub(super) built_cost: f64,
 }
 
+/// Where a geometry is in a tree.
+#[derive(Clone, Debug, Default)]
+pub(super) enum Place {
+    /// Hidden, removed or without primitives.
+    #[default]
+    Nowhere,
+    /// Among everything that the tree was built of: these primitives.
+    World(PrimPlace),
+    /// Among everything that the tree was built of: an instance.
+    WorldInstance(InstanceRow),
+    /// In a tree of its own, since it was added, shown or moved.
+    Own(Box<TreePart>),
+    /// Among the instances that were added, shown or moved.
+    Top,
+}
+
+/// An instance of the world's tree.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct InstanceRow {
+    pub(super) mesh: u32,
+    /// What has to be added to a primitive's number, beside the number of all stored ones.
+    pub(super) offset: u32,
+}
+
 /// Parts of a tree that change on their own, and the edits that it has followed.
 #[derive(Clone, Debug)]
 pub(super) struct TreeParts {
     pub(super) settings: BuildSettings,
     pub(super) edits: Edits,
-    /// The primitives of the world; the instances are among them until one has moved.
+    /// Number of the scene's primitives.
+    pub(super) prims: usize,
+    /// Everything that the tree was built of, and that has not changed on its own since. Its root
+    /// is node 0, or the first one of the top.
     pub(super) world: TreePart,
-    pub(super) meshes: Vec<TreePart>,
-    /// First node of the instances' own tree, if they have one.
+    /// True until anything comes, goes or is built.
+    pub(super) is_whole: bool,
+    pub(super) prototypes: Vec<TreePart>,
+    pub(super) geometries: Vec<Place>,
+    /// First node behind all parts: a copy of the world's root, and then the tree that joins them.
     pub(super) top: Option<usize>,
+    /// Root of the tree over the instances in the top.
+    pub(super) instances: Option<u32>,
+    pub(super) free_nodes: FreeRows,
+    pub(super) free_slots: [FreeRows; LeafKind::COUNT],
+}
+
+impl TreeParts {
+    /// The parts of a tree that has just been built of everything that is visible.
+    pub(super) fn of(scene: &Scene, settings: &BuildSettings, world: &Subtree) -> TreeParts {
+        let place = |id| match scene.geometries.visible(id) {
+            Some(Geometry::Prims { first, count }) if count > 0 => scene
+                .geometries
+                .prim_place(first)
+                .map_or(Place::Nowhere, Place::World),
+            Some(Geometry::Instance(k)) => {
+                let mesh = scene.instances.mesh[k as usize];
+                let before = scene.instances.first[k as usize];
+                let offset = before.wrapping_sub(scene.meshes.first[mesh as usize]);
+                Place::WorldInstance(InstanceRow { mesh, offset })
+            }
+            _ => Place::Nowhere,
+        };
+        TreeParts {
+            settings: *settings,
+            edits: scene.edits(),
+            prims: scene.prim_count(),
+            world: TreePart::at(Offsets::default(), world),
+            is_whole: true,
+            prototypes: Vec::new(),
+            geometries: (0..scene.geometries.len() as GeomId).map(place).collect(),
+            top: None,
+            instances: None,
+            free_nodes: FreeRows::default(),
+            free_slots: Default::default(),
+        }
+    }
+
+    /// The trees of geometries.
+    pub(super) fn own(&self) -> impl Iterator<Item = &TreePart> {
+        self.geometries.iter().filter_map(|place| match place {
+            Place::Own(part) => Some(&**part),
+            _ => None,
+        })
+    }
+
+    /// Where a geometry is, to be changed.
+    pub(super) fn place_of(&mut self, id: GeomId) -> &mut Place {
+        let row = id as usize;
+        if self.geometries.len() <= row {
+            self.geometries.resize_with(row + 1, Place::default);
+        }
+        &mut self.geometries[row]
+    }
+
+    /// What the row of an instance in the world's tree stands for.
+    pub(super) fn row_key(&self, row: &InstanceRow) -> RowKey {
+        let root = self.prototypes[row.mesh as usize].nodes.start as u32;
+        RowKey::Instance(root, row.offset.wrapping_add(self.prims as u32))
+    }
+
+    /// The node from which everything of the world is reached.
+    pub(super) fn world_root(&self) -> u32 {
+        self.top.unwrap_or(0) as u32
+    }
+
+    /// Puts a tree among the others, into rows that are free.
+    pub(super) fn place(
+        &mut self,
+        (nodes, slots): (&mut Column<Node>, &mut LeafPrims),
+        mut built: Subtree,
+    ) -> TreePart {
+        let own = &mut built.tree.nodes;
+        let mut offsets = Offsets::of_nodes(self.free_nodes.run(own.len(), nodes.len()).start);
+        for kind in LeafKind::all() {
+            let (rows, count) = (slots.count(kind), built.slots.count(kind));
+            let first = self.free_slots[kind.number()].run(count, rows).start;
+            offsets.slot[kind.number()] = first as u32;
+            slots.write(kind, first, &built.slots);
+        }
+        offsets.rebase_nodes(own);
+        nodes.write(offsets.node as usize, own);
+        TreePart::at(offsets, &built)
+    }
+
+    /// Gives the rows of a part back.
+    pub(super) fn free(&mut self, part: TreePart) {
+        self.free_nodes.give(part.nodes);
+        for (free, rows) in self.free_slots.iter_mut().zip(part.slots) {
+            free.give(rows);
+        }
+    }
 }
 
 impl TreePart {
-    /// A tree whose nodes and triangles begin at these rows.
-    pub(super) fn at(node: usize, triangle: usize, built: &Subtree) -> TreePart {
+    /// A tree whose nodes and primitives begin at these rows.
+    pub(super) fn at(offsets: Offsets, built: &Subtree) -> TreePart {
+        let node = offsets.node as usize;
+        let counts = built.slots.counts();
+        let slots = std::array::from_fn(|kind| {
+            let first = offsets.slot[kind] as usize;
+            first..first + counts[kind]
+        });
         TreePart {
             nodes: node..node + built.tree.nodes.len(),
-            triangles: triangle..triangle + built.slots.triangles.len(),
+            slots,
             chunks: built.tree.chunks.clone(),
             corners: Vec::new(),
             depth: built.tree.depth,
@@ -48,12 +180,9 @@ impl TreePart {
             built_cost: relative_cost(built.tree.weighted_cost, built.tree.bounds),
         }
     }
-}
 
-impl TreeParts {
-    /// Roots of the trees over the world's primitives and over the instances, where both have one.
-    pub(super) fn roots(&self, nodes: usize) -> Option<[u32; 2]> {
-        let top = self.top.filter(|&top| top < nodes)?;
-        (!self.world.nodes.is_empty()).then_some([self.world.nodes.start as u32, top as u32])
+    /// Rows of triangles.
+    pub(super) fn triangles(&self) -> Range<usize> {
+        self.slots[LeafKind::TRIANGLE.number()].clone()
     }
 }

@@ -1,51 +1,112 @@
-//! Trees that follow a scene: parts whose vertices moved are refitted, and the tree over the
-//! instances is built anew.
-//!
-//! A tree is made with the instances among the world's primitives. Once an instance has moved, they
-//! get a tree of their own, so that the rest stays as it is. The nodes then lie in this order:
-//!
-//! | nodes | |
-//! |---|---|
-//! | root | its children are the roots of the world's primitives and of the instances |
-//! | world | the primitives outside of meshes |
-//! | meshes | one tree after another |
-//! | top | the instances |
+//! Trees that follow a scene.
 
+use super::Bvh;
 use super::build::run_on_threads;
-use super::build_input::BuildInput;
 use super::geometry_starts::GeometryStarts;
-use super::offsets::Offsets;
-use super::refit::weighted_cost_of;
-use super::subtree::{build_subtree, relative_cost};
-use super::tree_parts::{TreePart, TreeParts};
-use super::wide::{widen, widen_below};
-use super::{Bvh, Child, Node};
-use phalanx_scene::{Bounds, Scene, SceneChanges, on_pool};
+use super::plan::Plan;
+use phalanx_scene::{Bounds, GeomId, Scene, on_pool};
+use std::borrow::Cow;
 use std::ops::Range;
-use std::slice;
 
-/// Growth of the cost of a refitted part, by the surface area heuristic, beyond which the tree is
-/// built anew.
-const MAX_COST_GROWTH: f64 = 1.5;
+/// How far [`Bvh::update_with`] may go.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum UpdateMode {
+    /// As [`Bvh::update`] does.
+    #[default]
+    Auto,
+    /// Boxes follow what has moved, and what was removed or hidden goes; no tree is built over
+    /// primitives. A frame takes about as long as the one before, and rays may take longer with
+    /// each: see [`Bvh::cost_growth`].
+    RefitOnly,
+    /// Everything is built, if anything has changed: the tree is that of [`Bvh::build`].
+    Rebuild,
+}
+
+/// What an update did.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum UpdateWork {
+    /// The scene was as the tree was, but for masks.
+    #[default]
+    Nothing,
+    /// The tree has followed; all but what the report lists is as it was.
+    Refitted,
+    /// Everything was built anew.
+    Rebuilt,
+}
+
+/// What [`Bvh::update`] did, and to what. All lists are ascending, and empty where everything was
+/// built.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct UpdateReport {
+    /// Kind of the work.
+    pub work: UpdateWork,
+    /// Geometries whose boxes were refitted, and instances that got another place.
+    pub refitted: Vec<GeomId>,
+    /// Geometries that were added, shown or moved, and got a tree of their own.
+    pub built: Vec<GeomId>,
+    /// Geometries that no ray hits any more.
+    pub removed: Vec<GeomId>,
+    /// Prototypes whose boxes were refitted.
+    pub refitted_prototypes: Vec<u32>,
+    /// Prototypes whose trees were built.
+    pub built_prototypes: Vec<u32>,
+}
+
+/// Errors of [`UpdateMode::RefitOnly`]. The tree is as it was, and so are its answers.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum UpdateError {
+    /// The tree is of another scene or from a cache, or primitives were added by hand.
+    #[error("the tree knows nothing of this scene: it has to be built")]
+    OtherScene,
+    /// Something was added or shown.
+    #[error("geometries {geometries:?} and prototypes {prototypes:?} have to be built")]
+    NotRefittable {
+        /// Geometries that need a tree.
+        geometries: Vec<GeomId>,
+        /// Prototypes that need one.
+        prototypes: Vec<u32>,
+    },
+}
+
+impl UpdateReport {
+    pub(super) fn sort(&mut self) {
+        self.refitted.sort_unstable();
+        self.built.sort_unstable();
+        self.removed.sort_unstable();
+    }
+
+    /// Returns true if trees are built.
+    pub(super) fn has_built(&self) -> bool {
+        !(self.built.is_empty() && self.built_prototypes.is_empty())
+    }
+}
 
 impl Bvh {
-    /// Follows a scene that has been edited since the tree was built or last updated: by
-    /// [`Scene::set_vertices`], [`Scene::set_transform`] and [`Scene::set_mask`], or by added
-    /// geometry. Answers are those of a fresh build, bit for bit.
+    /// Follows a scene that has been edited since the tree was built or last updated. Answers are
+    /// those of a fresh build, bit for bit. The report says what was done.
     ///
     /// | edit | work |
     /// |---|---|
-    /// | vertices of a mesh | its boxes are refitted; everything is built anew if that makes the mesh cost 1.5 times as much as when it was built, by the surface area heuristic |
-    /// | instances moved, added, hidden | the tree over the instances is built; the first time, that over the world's own primitives, too |
+    /// | vertices of a mesh or of a prototype | its boxes are refitted |
+    /// | instances added, moved, shown | the tree over all such instances is built |
+    /// | meshes and spheres added, shown | each gets a tree of its own |
+    /// | prototypes added | each gets its tree |
+    /// | geometries removed, hidden | their primitives leave the tree |
     /// | masks but 0 | none |
-    /// | other geometry added, hidden | everything is built |
+    ///
+    /// So the time is that of what has changed, and of joining the trees below one root. Of a mesh
+    /// among many, the first move builds a tree of its own, too, if it is less than a quarter of
+    /// all. A part is built anew if refits have made it cost 1.5 times as much as when it was
+    /// built, by the surface area heuristic, and everything if that holds of the whole
+    /// ([`Bvh::cost_growth`]): that takes as long as the build. [`Bvh::update_with`] has other
+    /// rules.
     ///
     /// The settings are those of the build. [`Bvh::wide`] follows, too, if it has been built.
     /// Columns that were changed by hand are not noticed, but for added primitives: build the tree
     /// anew. Any tree can follow any scene; the cost is that of what differs.
     ///
     /// Queries on other threads need a tree that stands still: keep two, and update one while the
-    /// other is queried.
+    /// other is queried. A tree of many parts is worth a fresh build on another thread meanwhile:
     ///
     /// ```
     /// # mod phalanx { pub use {glam, phalanx_scene::*, phalanx_trace::*, phalanx_trace::bvh::*}; }
@@ -59,21 +120,77 @@ impl Bvh {
     /// let mut bvh = Bvh::build(&scene);
     /// let ray = Ray::new([1.0, 1.0, -5.0], [0.0, 0.0, 1.0]);
     /// assert_eq!(bvh.intersect(&ray).map(|hit| hit.t), Some(5.0));
+    ///
+    /// // A build of the scene as it is now, while frames go on.
+    /// let snapshot = scene.clone();
+    /// let fresh = std::thread::spawn(move || Bvh::build(&snapshot));
     /// scene.set_transform(door, DAffine3::from_translation(dvec3(0.0, 0.0, 2.0)))?;
+    /// assert_eq!(bvh.update(&scene).refitted, [door]);
+    /// assert_eq!(bvh.intersect(&ray).map(|hit| hit.t), Some(7.0));
+    ///
+    /// // Once it is there, it catches up with what has been edited meanwhile.
+    /// bvh = fresh.join().expect("a tree");
     /// bvh.update(&scene);
     /// assert_eq!(bvh.intersect(&ray).map(|hit| hit.t), Some(7.0));
     /// # Ok::<(), phalanx::GeometryError>(())
     /// ```
-    pub fn update(&mut self, scene: &Scene) {
+    pub fn update(&mut self, scene: &Scene) -> UpdateReport {
+        // Only refits are ever refused.
+        self.update_with(scene, UpdateMode::Auto)
+            .unwrap_or_default()
+    }
+
+    /// Follows a scene as [`Bvh::update`] does, by other rules.
+    ///
+    /// # Errors
+    /// [`UpdateError`], of [`UpdateMode::RefitOnly`] alone: an edit that cannot be refitted.
+    ///
+    /// ```
+    /// # mod phalanx { pub use {phalanx_scene::*, phalanx_trace::*, phalanx_trace::bvh::*}; }
+    /// use phalanx::{Bvh, Scene, UpdateError, UpdateMode, UpdateWork};
+    ///
+    /// let mut scene = Scene::new();
+    /// let corners = [[0.0; 3], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]];
+    /// let sail = scene.add_mesh(&corners, &[[0, 1, 2]])?;
+    /// let mut bvh = Bvh::build(&scene);
+    /// scene.set_vertices(sail, &corners.map(|[x, y, _]| [x, y, 1.0]))?;
+    /// let report = bvh.update_with(&scene, UpdateMode::RefitOnly)?;
+    /// assert_eq!((report.work, report.refitted), (UpdateWork::Refitted, vec![sail]));
+    ///
+    /// let other = scene.add_mesh(&corners, &[[0, 1, 2]])?;
+    /// let refused = bvh.update_with(&scene, UpdateMode::RefitOnly).unwrap_err();
+    /// let (geometries, prototypes) = (vec![other], vec![]);
+    /// assert_eq!(refused, UpdateError::NotRefittable { geometries, prototypes });
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn update_with(
+        &mut self,
+        scene: &Scene,
+        mode: UpdateMode,
+    ) -> Result<UpdateReport, UpdateError> {
+        if self.is_current(scene) {
+            self.geometries = GeometryStarts::of(scene);
+            return Ok(UpdateReport::default());
+        }
+        let plan = Plan::of(self.parts.as_deref(), scene, mode)?;
         let settings = self.parts.as_ref().map(|parts| parts.settings);
         let settings = settings.unwrap_or_default();
-        let had_wide = self.has_wide();
-        if !run_on_threads(settings.threads, scene.prims.len(), || self.follow(scene)) {
+        let rows = scene.prims.len();
+        let report = plan.and_then(|plan| {
+            let follow = || on_pool(|| self.follow(scene, plan, mode));
+            run_on_threads(settings.threads, rows, follow)
+        });
+        Ok(report.unwrap_or_else(|| {
+            let had_wide = self.has_wide();
             *self = Bvh::build_with(scene, &settings);
             if had_wide {
                 self.build_wide(settings.threads);
             }
-        }
+            UpdateReport {
+                work: UpdateWork::Rebuilt,
+                ..UpdateReport::default()
+            }
+        }))
     }
 
     /// Returns true if the tree was built or updated for the scene as it is now. Trees from a cache
@@ -98,143 +215,37 @@ impl Bvh {
         }
     }
 
-    /// Follows a scene; returns false if the tree has to be built anew.
-    fn follow(&mut self, scene: &Scene) -> bool {
-        let Some(mut parts) = self.parts.take() else {
-            return false;
+    /// How many times what it would cost if it were built anew the tree costs rays, by the surface
+    /// area heuristic: 1 of a fresh tree and of one from a cache. Refits let it grow, since boxes
+    /// overlap that were apart, and so do parts that lie within each other. At 1.5,
+    /// [`UpdateMode::Auto`] builds everything.
+    pub fn cost_growth(&self) -> f64 {
+        let Some(parts) = &self.parts else {
+            return 1.0;
         };
-        let changes = scene.changes_since(&parts.edits);
-        if changes.topology || !self.refit_parts(scene, &changes, &mut parts) {
-            return false;
-        }
-        if changes.instances || !changes.meshes.is_empty() {
-            on_pool(|| self.rebuild_top(scene, &mut parts));
-        }
-        self.geometries = GeometryStarts::of(scene);
-        parts.edits = scene.edits();
-        self.parts = Some(parts);
-        true
+        let all = parts.own().chain([&parts.world]);
+        let built = all.map(|part| {
+            let area = f64::from(self.bounds_of(&part.nodes).half_area());
+            area * part.built_cost
+        });
+        let area = f64::from(self.nodes[0].child_bounds().half_area());
+        let built = area + built.sum::<f64>();
+        if area > 0.0 { self.sah * area / built } else { 1.0 }
     }
 
-    /// Refits what has moved; returns false if a part has become too slow.
-    fn refit_parts(
-        &mut self,
-        scene: &Scene,
-        changes: &SceneChanges,
-        parts: &mut TreeParts,
-    ) -> bool {
-        let input = BuildInput::new(scene, Vec::new());
-        for &mesh in &changes.meshes {
-            if !self.refit_part(&input, &mut parts.meshes[mesh]) {
-                return false;
-            }
+    /// The tree as a build makes it, for a file: this one, or a new one if parts have come and gone.
+    pub fn as_built(&self, scene: &Scene) -> Cow<'_, Bvh> {
+        match &self.parts {
+            Some(parts) if !parts.is_whole => Cow::Owned(Bvh::build_with(scene, &parts.settings)),
+            _ => Cow::Borrowed(self),
         }
-        if !changes.world {
-            return true;
-        }
-        if !self.refit_part(&input, &mut parts.world) {
-            return false;
-        }
-        if let Some(wide) = self.wide.get_mut() {
-            wide.refit(&self.slots.triangles);
-        }
-        match parts.top {
-            Some(_) => self.set_root(parts),
-            None => {
-                let bounds = self.bounds_of(&parts.world.nodes);
-                self.sah = 1.0 + relative_cost(parts.world.weighted_cost, bounds);
-            }
-        }
-        true
-    }
-
-    /// Refits a part; returns false if it has become too slow.
-    fn refit_part(&mut self, input: &BuildInput, part: &mut TreePart) -> bool {
-        part.weighted_cost = self.refit(input, part);
-        let cost = relative_cost(part.weighted_cost, self.bounds_of(&part.nodes));
-        cost <= MAX_COST_GROWTH * part.built_cost
-    }
-
-    /// Builds the tree over the instances, and once that over the world's primitives without them.
-    fn rebuild_top(&mut self, scene: &Scene, parts: &mut TreeParts) {
-        let meshes = parts.meshes.iter();
-        let input = BuildInput::new(
-            scene,
-            meshes.map(|mesh| self.bounds_of(&mesh.nodes)).collect(),
-        );
-        let mut wide = std::mem::take(&mut self.wide);
-        let first = match parts.top {
-            Some(first) => first,
-            None => self.separate(&input, parts),
-        };
-        self.nodes.make_mut().truncate(first);
-        let top = build_subtree(&input, input.instances(), parts.settings.quality);
-        let top = top.unwrap_or_default();
-        self.push_nodes(top.tree.nodes, Offsets::of_nodes(first));
-        self.slots.instances = top.slots.instances;
-        for slot in self.slots.instances.iter_mut() {
-            slot.root = parts.meshes[slot.root as usize].nodes.start as u32;
-        }
-        let deepest = parts.meshes.iter().map(|mesh| mesh.depth).max();
-        self.depth = 1 + top.tree.depth.max(parts.world.depth) + deepest.unwrap_or(0);
-        self.set_root(parts);
-        if let Some(wide) = wide.get_mut() {
-            match parts.roots(self.nodes.len()) {
-                Some([_, top]) if wide.has_top() => wide.replace_top(widen_below(self, top)),
-                roots => **wide = widen(self, roots),
-            }
-        }
-        self.wide = wide;
-    }
-
-    /// Builds a tree over the world's primitives without the instances, and leaves the place behind
-    /// the meshes' nodes to those. Returns that place.
-    fn separate(&mut self, input: &BuildInput, parts: &mut TreeParts) -> usize {
-        let old = std::mem::replace(&mut self.nodes, vec![Node::EMPTY].into());
-        let world = build_subtree(input, input.world_prims(), parts.settings.quality);
-        let mut world = world.unwrap_or_default();
-        parts.world = TreePart::at(1, 0, &world);
-        self.push_nodes(world.tree.nodes, Offsets::of_nodes(1));
-        world.slots.append_after(&self.slots);
-        self.slots = world.slots;
-        for mesh in &mut parts.meshes {
-            let to = self.nodes.len();
-            let moved = Offsets::of_nodes(to.wrapping_sub(mesh.nodes.start));
-            self.push_nodes(old[mesh.nodes.clone()].to_vec(), moved);
-            mesh.nodes = to..self.nodes.len();
-        }
-        parts.top = Some(self.nodes.len());
-        self.nodes.len()
-    }
-
-    fn push_nodes(&mut self, mut nodes: Vec<Node>, offsets: Offsets) {
-        offsets.rebase_nodes(&mut nodes);
-        self.nodes.make_mut().extend(nodes);
-    }
-
-    /// Lets the root lead to the world's primitives and to the instances.
-    fn set_root(&mut self, parts: &TreeParts) {
-        let top = parts.top.unwrap_or(self.nodes.len())..self.nodes.len();
-        let child = |nodes: &Range<usize>| {
-            if nodes.is_empty() {
-                (Child::EMPTY, Bounds::EMPTY)
-            } else {
-                (Child::Node(nodes.start as u32), self.bounds_of(nodes))
-            }
-        };
-        let root = Node::new([child(&parts.world.nodes), child(&top)]);
-        let weighted = [slice::from_ref(&root), &self.nodes[top]].map(weighted_cost_of);
-        let weighted = weighted.iter().sum::<f64>() + parts.world.weighted_cost;
-        self.sah = 1.0 + relative_cost(weighted, root.child_bounds());
-        self.nodes.make_mut()[0] = root;
     }
 
     /// The box around a tree among all; empty for no nodes.
-    fn bounds_of(&self, nodes: &Range<usize>) -> Bounds {
-        if nodes.is_empty() {
-            Bounds::EMPTY
-        } else {
-            self.nodes[nodes.start].child_bounds()
+    pub(super) fn bounds_of(&self, nodes: &Range<usize>) -> Bounds {
+        match self.nodes.get(nodes.start) {
+            Some(root) if !nodes.is_empty() => root.child_bounds(),
+            _ => Bounds::EMPTY,
         }
     }
 }

@@ -94,15 +94,10 @@ impl WideNodeDraft {
         lanes.filter_map(|(lane, below)| match below {
             ChildKind::Node(part) => Some(BoxedContents {
                 part: *part,
-                bounds: self.bounds(lane),
+                bounds: self.row.bounds(lane),
             }),
             _ => None,
         })
-    }
-
-    fn bounds(&self, lane: usize) -> Bounds {
-        let [lo, hi] = self.row.boxes.map(|corner| corner.map(|axis| axis[lane]));
-        Bounds::new(lo.into(), hi.into())
     }
 }
 

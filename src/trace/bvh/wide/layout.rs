@@ -3,26 +3,27 @@
 
 use super::collapse::{BoxContents, CollapsePlan};
 use super::emit::{BlockSlots, ChildKind, WideNodeDraft, emit_nodes};
-use super::rows::{ChildRef, OtherLeaf, SphereBlock, TriangleBlock, WideBvh};
+use super::rows::{ChildRef, OtherLeaf, SphereBlock, TriangleBlock, WideNode};
 use crate::bvh::{Bvh, LeafKind};
 use crate::simd::NATIVE;
 use phalanx_scene::huge_pages::collect_on_huge_pages;
 use rayon::prelude::*;
 
-/// Widens the binary tree. If the instances have a tree of their own, `roots` are those of the
-/// world's primitives and of the instances.
-pub(in crate::bvh) fn widen(bvh: &Bvh, roots: Option<[u32; 2]>) -> WideBvh {
-    match roots {
-        None => widen_below(bvh, 0),
-        Some([world, top]) => WideBvh::joined(widen_below(bvh, world), widen_below(bvh, top)),
-    }
+/// Rows of a tree of its own, the root first.
+pub(super) struct WideRows {
+    pub(super) nodes: Vec<WideNode>,
+    pub(super) triangles: Vec<TriangleBlock>,
+    pub(super) spheres: Vec<SphereBlock>,
+    /// The first one is empty.
+    pub(super) others: Vec<OtherLeaf>,
+    pub(super) depth: usize,
 }
 
 /// Widens the binary tree below a node.
-pub(in crate::bvh) fn widen_below(bvh: &Bvh, root: u32) -> WideBvh {
+pub(super) fn widen(bvh: &Bvh, root: u32) -> WideRows {
     let plan = CollapsePlan::of(bvh, root);
     let mut levels = emit_nodes(&plan);
-    let rows = WideRows::of(&mut levels);
+    let rows = RowContents::of(&mut levels);
     let slots_of = |slots: &BlockSlots| slots_of(&plan, *slots);
     let nodes = rows
         .nodes
@@ -36,19 +37,17 @@ pub(in crate::bvh) fn widen_below(bvh: &Bvh, root: u32) -> WideBvh {
         let slots = slots_of(slots).into_iter();
         SphereBlock::of(slots.map(|s| &bvh.leaf_prims().spheres[s as usize]))
     });
-    WideBvh {
+    WideRows {
         nodes: collect_on_huge_pages(nodes),
         triangles: collect_on_huge_pages(triangles),
-        slots: Vec::new(),
         spheres: collect_on_huge_pages(spheres),
         others: rows.others,
         depth: levels.len(),
-        world: None,
     }
 }
 
 /// Contents of each row, in order.
-struct WideRows {
+struct RowContents {
     /// Levels of the drafts, and indices among those of their level.
     nodes: Vec<(usize, usize)>,
     triangles: Vec<BlockSlots>,
@@ -56,11 +55,11 @@ struct WideRows {
     others: Vec<OtherLeaf>,
 }
 
-impl WideRows {
+impl RowContents {
     /// Assigns all rows their positions, and enters them in the drafts. The children of a node are
     /// adjacent, and the rows below the last child come first.
-    fn of(levels: &mut [Vec<WideNodeDraft>]) -> WideRows {
-        let mut rows = WideRows {
+    fn of(levels: &mut [Vec<WideNodeDraft>]) -> RowContents {
+        let mut rows = RowContents {
             nodes: vec![(0, 0)],
             triangles: Vec::new(),
             spheres: Vec::new(),

@@ -1,8 +1,11 @@
 //! Rows of the wide tree: nodes, and blocks of primitives.
 
+use crate::bvh::free_rows::FreeRows;
 use crate::bvh::leaf::{LeafSphere, LeafTriangle};
 use crate::bvh::node::LeafKind;
 use crate::simd::NATIVE;
+use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// A node of up to [`NATIVE`] children: half as many cache lines.
 #[derive(Clone, Copy, Debug)]
@@ -132,21 +135,45 @@ pub struct OtherLeaf {
 pub struct WideBvh {
     pub(super) nodes: Vec<WideNode>,
     pub(super) triangles: Vec<TriangleBlock>,
-    /// Rows of the binary tree's triangles, by block and lane; empty until the first refit.
-    pub(super) slots: Vec<[u32; NATIVE]>,
     pub(super) spheres: Vec<SphereBlock>,
     pub(super) others: Vec<OtherLeaf>,
     pub(super) depth: usize,
-    /// Rows of the world's primitives, if the instances have a tree of their own.
-    pub(super) world: Option<WorldRows>,
+    /// The tree over everything that the binary tree was built of. Its root is node 0, or the first
+    /// one of the top.
+    pub(super) world: WidePart,
+    /// Trees of geometries, by the roots of their binary trees.
+    pub(super) own: BTreeMap<u32, WidePart>,
+    /// First rows of the top, which joins all trees.
+    pub(super) top: Option<TopRows>,
+    pub(super) free: FreeWideRows,
 }
 
-/// Number of rows up to the end of the world's primitives, and depth of their tree.
+/// Rows of a tree among others.
+#[derive(Clone, Debug, Default)]
+pub(super) struct WidePart {
+    pub(super) nodes: Range<usize>,
+    pub(super) triangles: Range<usize>,
+    pub(super) spheres: Range<usize>,
+    pub(super) others: Range<usize>,
+    pub(super) depth: usize,
+    /// Rows of the binary tree's triangles, by block and lane; empty until the first refit.
+    pub(super) slots: Vec<[u32; NATIVE]>,
+}
+
+/// First rows of the top.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct WorldRows {
+pub(super) struct TopRows {
     pub(super) nodes: usize,
     pub(super) others: usize,
-    pub(super) depth: usize,
+}
+
+/// Rows of parts that are gone.
+#[derive(Clone, Debug, Default)]
+pub(super) struct FreeWideRows {
+    pub(super) nodes: FreeRows,
+    pub(super) triangles: FreeRows,
+    pub(super) spheres: FreeRows,
+    pub(super) others: FreeRows,
 }
 
 impl OtherLeaf {

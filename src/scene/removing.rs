@@ -1,0 +1,159 @@
+//! Scenes where things come and go: geometries removed, and their places taken by later ones.
+//!
+//! What is removed leaves its primitives, its vertices and its number behind. The next geometry of
+//! its kind that fits takes them all: the smallest place is chosen, and the lowest number among
+//! equal ones. So no number of what stays ever changes, and a scene has no more rows than the
+//! largest geometries that it had at a time.
+
+use super::{GeometryError, NO_NAME, Scene};
+use crate::geometries::{GeomId, Geometry};
+use crate::places::{FreePlace, PlaceKind};
+use crate::prims::PrimKind;
+use std::collections::BTreeSet;
+
+impl Scene {
+    /// Removes a geometry: no ray hits it any more, and every other one keeps its number and those
+    /// of its primitives. Trees follow by `Bvh::update`.
+    ///
+    /// The number, the primitives' numbers and the memory go to the next geometry of this kind (a
+    /// mesh, spheres, an instance) that has no more primitives and vertices than this one had. An
+    /// instance that shows more is appended. So a scene in which things come and go does not grow.
+    ///
+    /// # Errors
+    /// [`GeometryError::NoGeometry`].
+    ///
+    /// ```
+    /// # extern crate phalanx_scene as phalanx;
+    /// use phalanx::Scene;
+    ///
+    /// let mut scene = Scene::new();
+    /// let pair = scene.add_spheres(&[[0.0; 3], [3.0, 0.0, 0.0]], &[1.0, 1.0])?;
+    /// let other = scene.add_spheres(&[[9.0, 0.0, 0.0]], &[1.0])?;
+    /// scene.remove(pair)?;
+    /// assert_eq!(scene.geometry_starts()[1].1, other);
+    /// assert!(scene.set_mask(pair, 1).is_err());
+    /// assert_eq!(scene.add_spheres(&[[6.0, 0.0, 0.0]], &[1.0])?, pair);
+    /// # Ok::<(), phalanx::GeometryError>(())
+    /// ```
+    pub fn remove(&mut self, geometry: GeomId) -> Result<(), GeometryError> {
+        let removed = match self.geometry(geometry)? {
+            Geometry::Prims { count: 0, .. } => Geometry::RemovedPrims { first: u32::MAX },
+            Geometry::Prims { first, count } => {
+                (self.names).name_run(first..first + count, NO_NAME, Some(NO_NAME));
+                Geometry::RemovedPrims { first }
+            }
+            Geometry::Instance(k) => {
+                self.instances.name[k as usize] = NO_NAME;
+                Geometry::RemovedInstance(k)
+            }
+            removed => removed,
+        };
+        self.geometries.replace(geometry, removed);
+        self.edits.mark_contents(geometry);
+        let place = self.place_of_removed(geometry, removed);
+        self.free_places().extend(place);
+        Ok(())
+    }
+
+    /// Removes a prototype that no instance shows, as [`Scene::remove`] does a geometry: the next
+    /// prototype that fits takes its number.
+    ///
+    /// # Errors
+    /// [`GeometryError::NoPrototype`] and [`GeometryError::Shown`].
+    pub fn remove_prototype(&mut self, prototype: u32) -> Result<(), GeometryError> {
+        let place = self.meshes.first.get(prototype as usize).copied();
+        let place = place.and_then(|first| self.geometries.prim_place(first));
+        let place = place.filter(|_| self.meshes.count[prototype as usize] > 0);
+        let place = place.ok_or(GeometryError::NoPrototype(prototype))?;
+        let shows = |(id, geometry): (GeomId, Geometry)| match geometry {
+            Geometry::Instance(k) => (self.instances.mesh[k as usize] == prototype).then_some(id),
+            _ => None,
+        };
+        if let Some(geometry) = self.geometries.iter().find_map(shows) {
+            return Err(GeometryError::Shown {
+                prototype,
+                geometry,
+            });
+        }
+        (self.names).name_run(place.all_prims(), NO_NAME, Some(NO_NAME));
+        self.meshes.count[prototype as usize] = 0;
+        self.edits.mark_prototype(prototype);
+        let free = self.place_of_removed_prototype(prototype);
+        self.free_places().extend(free);
+        Ok(())
+    }
+
+    /// The geometry of this number.
+    pub(crate) fn geometry(&self, id: GeomId) -> Result<Geometry, GeometryError> {
+        let kind = "geometry";
+        (self.geometries.get(id)).ok_or(GeometryError::NoGeometry { kind, id })
+    }
+
+    /// Takes the smallest free place that fits, and returns the number of what was there.
+    pub(crate) fn take_place(&mut self, kind: PlaceKind, prims: u32, vertices: u32) -> Option<u32> {
+        let from = FreePlace {
+            kind,
+            prims,
+            vertices,
+            number: 0,
+        };
+        let free = self.free_places();
+        let all_larger = free.range(from..).take_while(|place| place.kind == kind);
+        let chosen = *all_larger.into_iter().find(|p| p.vertices >= vertices)?;
+        free.remove(&chosen);
+        Some(chosen.number)
+    }
+
+    /// The free places; those of a scene from a cache are looked up once.
+    fn free_places(&mut self) -> &mut BTreeSet<FreePlace> {
+        if self.geometries.free.is_none() {
+            let geometries = self.geometries.iter();
+            let free = geometries.filter_map(|(id, geometry)| self.place_of_removed(id, geometry));
+            let prototypes = (0..self.meshes.len() as u32)
+                .filter_map(|prototype| self.place_of_removed_prototype(prototype));
+            self.geometries.free = Some(free.chain(prototypes).collect());
+        }
+        self.geometries.free.get_or_insert_default()
+    }
+
+    /// The place of a removed geometry.
+    fn place_of_removed(&self, id: u32, geometry: Geometry) -> Option<FreePlace> {
+        let (kind, prims, vertices) = match geometry {
+            Geometry::RemovedPrims { first } => match self.geometries.prim_place(first) {
+                Some(place) => {
+                    let kind = self.prims.get(first as usize)?.kind();
+                    let spheres = kind == PrimKind::Sphere;
+                    let kind = if spheres { PlaceKind::Spheres } else { PlaceKind::Mesh };
+                    (kind, place.prims, place.vertices)
+                }
+                None => (PlaceKind::Nothing, 0, 0),
+            },
+            Geometry::RemovedInstance(k) => {
+                let k = k as usize;
+                let first = self.instances.first.get(k)?;
+                // Nothing follows the last one's numbers.
+                let end = self.instances.first.get(k + 1).unwrap_or(&u32::MAX);
+                (PlaceKind::Instance, end.saturating_sub(*first), 0)
+            }
+            _ => return None,
+        };
+        Some(FreePlace {
+            kind,
+            prims,
+            vertices,
+            number: id,
+        })
+    }
+
+    /// The place of a removed prototype.
+    fn place_of_removed_prototype(&self, prototype: u32) -> Option<FreePlace> {
+        let first = self.meshes.first[prototype as usize];
+        let place = self.geometries.prim_place(first)?;
+        (self.meshes.count[prototype as usize] == 0).then_some(FreePlace {
+            kind: PlaceKind::Prototype,
+            prims: place.prims,
+            vertices: place.vertices,
+            number: prototype,
+        })
+    }
+}

@@ -1,0 +1,193 @@
+//! The plan of an update: which parts of a tree leave, come and move.
+
+use super::node::LeafKind;
+use super::tree_parts::{Place, TreeParts};
+use super::update::{UpdateError, UpdateMode, UpdateReport};
+use phalanx_scene::{GeomId, Geometry, PartChange, PrimPlace, Scene, SceneChanges};
+
+/// Share of the world's primitives, one of so many, from which on moved ones are refitted among all
+/// others. Fewer get trees of their own, so that later moves cost only theirs.
+const REFITTED_SHARE: usize = 4;
+
+/// What has to be done for an update, apart from joining all parts.
+#[derive(Default)]
+pub(super) struct Plan {
+    /// What is refitted, built and removed.
+    pub(super) report: UpdateReport,
+    /// Geometries that leave the place where they are, and whether they have moved in the scene.
+    pub(super) leaving: Vec<(GeomId, bool)>,
+    /// Instances that come to the top.
+    pub(super) placed: Vec<GeomId>,
+    /// True if geometries move within the world's tree.
+    pub(super) moves_world: bool,
+    pub(super) dropped_prototypes: Vec<u32>,
+    /// Geometries that have moved within the world's tree, and the numbers of their primitives.
+    moved: Vec<(GeomId, usize)>,
+}
+
+impl Plan {
+    /// The plan for following a scene; `None` if everything has to be built.
+    ///
+    /// # Errors
+    /// [`UpdateError`].
+    pub(super) fn of(
+        parts: Option<&TreeParts>,
+        scene: &Scene,
+        mode: UpdateMode,
+    ) -> Result<Option<Plan>, UpdateError> {
+        if mode == UpdateMode::Rebuild {
+            return Ok(None);
+        }
+        let plan = parts.and_then(|parts| {
+            let changes = scene.changes_since(&parts.edits);
+            Plan::of_changes(parts, scene, &changes, mode)
+        });
+        match plan {
+            None if mode == UpdateMode::RefitOnly => Err(UpdateError::OtherScene),
+            Some(plan) if mode == UpdateMode::RefitOnly && plan.report.has_built() => {
+                Err(UpdateError::NotRefittable {
+                    geometries: plan.report.built,
+                    prototypes: plan.report.built_prototypes,
+                })
+            }
+            plan => Ok(plan),
+        }
+    }
+
+    fn of_changes(
+        parts: &TreeParts,
+        scene: &Scene,
+        changes: &SceneChanges,
+        mode: UpdateMode,
+    ) -> Option<Plan> {
+        let is_another = changes.everything
+            || changes.geometries.iter().any(|change| {
+                let place = parts.geometries.get(change.id as usize);
+                place.is_some_and(|place| is_elsewhere(scene, change.id, place))
+            });
+        if is_another {
+            return None;
+        }
+        let mut plan = Plan::default();
+        for change in &changes.prototypes {
+            plan.add_prototype(scene, parts, change);
+        }
+        for change in &changes.geometries {
+            plan.add_geometry(scene, parts, change);
+        }
+        plan.add_instances_of_changed(scene, parts, &changes.geometries);
+        plan.move_in_world(parts, mode);
+        plan.report.sort();
+        Some(plan)
+    }
+
+    fn add_prototype(&mut self, scene: &Scene, parts: &TreeParts, change: &PartChange) {
+        let row = change.id as usize;
+        let is_there = scene.meshes.count.get(row).is_some_and(|&count| count > 0);
+        let before = parts.prototypes.get(row);
+        let was_there = before.is_some_and(|part| !part.nodes.is_empty());
+        let report = &mut self.report;
+        match (was_there, is_there) {
+            (false, false) => {}
+            (true, false) => self.dropped_prototypes.push(change.id),
+            (true, true) if !change.contents => report.refitted_prototypes.push(change.id),
+            (_, true) => report.built_prototypes.push(change.id),
+        }
+    }
+
+    fn add_geometry(&mut self, scene: &Scene, parts: &TreeParts, change: &PartChange) {
+        let &PartChange {
+            id,
+            contents,
+            moved,
+        } = change;
+        let before = parts.geometries.get(id as usize);
+        let before = before.unwrap_or(&Place::Nowhere);
+        let was_there = !matches!(before, Place::Nowhere);
+        let now = scene.geometries.visible(id);
+        let now = now.filter(|now| !matches!(now, Geometry::Prims { count: 0, .. }));
+        let stays = was_there && now.is_some();
+        match (before, now) {
+            // Hidden and shown again.
+            _ if stays && !moved => return,
+            (Place::World(_), Some(Geometry::Prims { count, .. })) if !contents => {
+                self.moved.push((id, count as usize));
+                return;
+            }
+            (Place::Own(_), Some(_)) if !contents => {
+                self.report.refitted.push(id);
+                return;
+            }
+            _ => {}
+        }
+        if was_there {
+            self.leaving.push((id, moved));
+        }
+        match now {
+            Some(Geometry::Instance(_)) => self.place(id),
+            Some(_) => self.report.built.push(id),
+            None => self.report.removed.extend(was_there.then_some(id)),
+        }
+    }
+
+    fn place(&mut self, instance: GeomId) {
+        self.placed.push(instance);
+        self.report.refitted.push(instance);
+    }
+
+    /// Lets the instances of prototypes that have changed leave the world's tree.
+    fn add_instances_of_changed(
+        &mut self,
+        scene: &Scene,
+        parts: &TreeParts,
+        changes: &[PartChange],
+    ) {
+        let report = &self.report;
+        let changed = [&report.refitted_prototypes, &report.built_prototypes].map(Vec::clone);
+        if changed.iter().all(Vec::is_empty) {
+            return;
+        }
+        for (id, place) in (0..).zip(&parts.geometries) {
+            if let Place::WorldInstance(row) = place {
+                let shows = changed
+                    .iter()
+                    .any(|ids| ids.binary_search(&row.mesh).is_ok());
+                let listed = changes.binary_search_by_key(&id, |change| change.id);
+                if shows && listed.is_err() && scene.geometries.visible(id).is_some() {
+                    self.leaving.push((id, true));
+                    self.place(id);
+                }
+            }
+        }
+    }
+
+    /// Lets geometries move within the world's tree, or leave it for trees of their own.
+    fn move_in_world(&mut self, parts: &TreeParts, mode: UpdateMode) {
+        let moved: usize = self.moved.iter().map(|(_, prims)| prims).sum();
+        let world = &parts.world.slots[..LeafKind::Instance.number()];
+        let all: usize = world.iter().map(|rows| rows.len()).sum();
+        let ids = self.moved.iter().map(|(id, _)| *id);
+        if mode == UpdateMode::RefitOnly || moved * REFITTED_SHARE >= all {
+            self.moves_world = moved > 0;
+            self.report.refitted.extend(ids);
+        } else {
+            self.leaving.extend(ids.clone().map(|id| (id, true)));
+            self.report.built.extend(ids);
+        }
+    }
+}
+
+/// Returns true if a geometry is in another place than the tree has it: the scenes have parted long
+/// ago.
+fn is_elsewhere(scene: &Scene, id: GeomId, place: &Place) -> bool {
+    let now = |place: &PrimPlace| {
+        let first = scene.geometries.first.get(id as usize);
+        first.is_some_and(|&first| {
+            first == place.all_prims().start && scene.geometries.prim_place(first) == Some(*place)
+        })
+    };
+    match place {
+        Place::World(place) => !now(place),
+        _ => false,
+    }
+}
