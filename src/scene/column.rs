@@ -1,6 +1,6 @@
 //! One attribute of many rows: a vector, or a part of a mapped file that is never written to.
 
-use crate::huge_pages::room;
+use crate::huge_pages::{room, write_rows};
 use bytemuck::Pod;
 use std::any::Any;
 use std::fmt;
@@ -171,10 +171,7 @@ impl<T: Clone> Column<T> {
     where
         T: Copy,
     {
-        let column = self.make_mut();
-        let within = rows.len().min(column.len() - first);
-        column[first..first + within].copy_from_slice(&rows[..within]);
-        column.extend_from_slice(&rows[within..]);
+        write_rows(self.make_mut(), first, rows);
     }
 
     /// Appends the rows of another column, or takes it over if this one is empty and has no room.

@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 struct Stamp(u64);
 
 impl Stamp {
-    /// Of parts that have never been edited.
+    /// Stamp of parts that have never been edited.
     const NONE: Stamp = Stamp(0);
 
     fn new() -> Stamp {
@@ -121,7 +121,7 @@ impl Edits {
         stamps_of(&mut self.prototypes, prototype).position = Stamp::new();
     }
 
-    /// Notes that geometries and prototypes have so many more primitives.
+    /// Adds primitives to those of geometries and prototypes.
     pub(crate) fn add_to_places(&mut self, prims: usize) {
         self.in_places += prims;
     }

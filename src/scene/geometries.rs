@@ -1,7 +1,7 @@
 //! Geometry numbers: the primitives that were added together.
 
 use crate::column::Column;
-use crate::places::{FreePlace, PrimPlace};
+use crate::prim_places::{FreePlace, PrimPlace};
 use std::collections::BTreeSet;
 
 /// Number of a geometry, from 0 in the order in which geometries were added. The number of one that
@@ -128,7 +128,8 @@ impl Geometries {
         }
     }
 
-    /// What no ray hits: hidden geometries, removed ones, and what is free in the places of others.
+    /// Runs and instances that no ray hits: hidden geometries, removed ones, and what is free in
+    /// the places of others.
     pub(crate) fn unseen(&self) -> impl Iterator<Item = Geometry> {
         let rows = self.iter().zip(self.mask.iter());
         rows.filter_map(|((_, geometry), &mask)| match geometry {
@@ -199,7 +200,8 @@ impl Geometries {
         self.iter().find(is_wrong).map(|(id, _)| id)
     }
 
-    /// The first place that is not within these many primitives and vertices, behind the one before.
+    /// The first place that is not within these many primitives and vertices, and behind the one
+    /// before.
     pub(crate) fn first_wrong_place(&self, prims: usize, vertices: usize) -> Option<usize> {
         let mut end = 0;
         self.places.iter().position(|&row| {

@@ -2,7 +2,7 @@
 
 use super::{Instances, Material, Mesh, MeshMaterial, Prim, Scene, Vec3s};
 use crate::geometries::{GeomId, Geometry, NO_GEOM};
-use crate::places::PlaceKind;
+use crate::prim_places::PlaceKind;
 use glam::Vec3;
 
 /// Errors of geometry that cannot be added. A call that returns one adds nothing.

@@ -101,6 +101,20 @@ pub fn move_to_huge_pages<T: Copy>(rows: &mut Vec<T>) {
     *rows = moved;
 }
 
+/// Writes rows from row `first` on, in place of those that are there, and behind the last. If the
+/// vector has to move, it gets room for as many again, on huge pages if they are many.
+pub fn write_rows<T: Copy>(all: &mut Vec<T>, first: usize, rows: &[T]) {
+    let within = rows.len().min(all.len() - first);
+    all[first..first + within].copy_from_slice(&rows[..within]);
+    let end = first + rows.len();
+    if end > all.capacity() {
+        let mut moved = room(2 * end);
+        moved.extend_from_slice(all);
+        *all = moved;
+    }
+    all.extend_from_slice(&rows[within..]);
+}
+
 /// Advises the system before memory is first written to: pages that exist already stay as they
 /// are.
 #[cfg(target_os = "linux")]

@@ -4,7 +4,7 @@ use super::{GeometryError, Instances, Scene};
 use crate::edits::{Edits, SceneChanges};
 use crate::geometries::{GeomId, Geometry};
 use crate::geometry::check_finite;
-use crate::places::PrimPlace;
+use crate::prim_places::PrimPlace;
 
 impl Scene {
     /// The stamps of the scene as it is.

@@ -7,7 +7,7 @@
 
 use super::{GeometryError, NO_NAME, Scene};
 use crate::geometries::{GeomId, Geometry};
-use crate::places::{FreePlace, PlaceKind};
+use crate::prim_places::{FreePlace, PlaceKind};
 use crate::prims::PrimKind;
 use std::collections::BTreeSet;
 

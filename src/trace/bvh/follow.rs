@@ -1,15 +1,15 @@
-//! What an update does: which parts leave, come and move, and the steps in which they do.
+//! Steps of an update, in their order: parts leave, move and come, and are joined.
 
 use super::Bvh;
 use super::build_input::BuildInput;
-use super::erase::{EVERYTHING, Leaving};
 use super::geometry_starts::GeometryStarts;
 use super::leaf::box_of;
-use super::leaf_column::{LeafRow, RowKey};
-use super::plan::Plan;
+use super::leaf_column::LeafRow;
+use super::leaving::{EVERYTHING, Leaving, RowKey};
+use super::plan::UpdatePlan;
+use super::report::{UpdateMode, UpdateReport, UpdateWork};
 use super::subtree::{build_subtree, relative_cost};
-use super::tree_parts::{Place, TreePart, TreeParts};
-use super::update::{UpdateMode, UpdateReport, UpdateWork};
+use super::tree_parts::{TreePart, TreeParts, TreePlace};
 use super::wide::WideBvh;
 use phalanx_scene::{GeomId, Geometry, Scene};
 use std::collections::HashSet;
@@ -34,7 +34,7 @@ impl Bvh {
     pub(super) fn follow(
         &mut self,
         scene: &Scene,
-        plan: Plan,
+        plan: UpdatePlan,
         mode: UpdateMode,
     ) -> Option<UpdateReport> {
         let mut parts = self.parts.take()?;
@@ -57,7 +57,7 @@ impl Bvh {
 }
 
 impl Follower<'_> {
-    fn run(&mut self, plan: Plan) -> Option<UpdateReport> {
+    fn run(&mut self, plan: UpdatePlan) -> Option<UpdateReport> {
         let mut report = plan.report;
         self.parts.is_whole &= plan.leaving.is_empty() && plan.dropped_prototypes.is_empty();
         self.bvh.remove_top(self.parts);
@@ -82,7 +82,7 @@ impl Follower<'_> {
         self.follow_geometries(&mut report);
         self.parts.is_whole &= !report.has_built() && plan.placed.is_empty();
         for id in plan.placed {
-            *self.parts.place_of(id) = Place::Top;
+            *self.parts.place_of(id) = TreePlace::Top;
         }
         self.bvh.add_top(self.scene, self.parts);
         if let Some(wide) = &mut self.wide {
@@ -110,9 +110,9 @@ impl Follower<'_> {
         let mut instances = HashSet::new();
         for &(id, has_moved) in geometries {
             match mem::take(self.parts.place_of(id)) {
-                Place::Nowhere | Place::Top => {}
-                Place::Own(part) => self.drop_own(*part),
-                Place::World(place) => {
+                TreePlace::Nowhere | TreePlace::Top => {}
+                TreePlace::Own(part) => self.drop_own(*part),
+                TreePlace::World(place) => {
                     let prims = place.all_prims();
                     let bounds = match has_moved {
                         true => EVERYTHING,
@@ -120,7 +120,7 @@ impl Follower<'_> {
                     };
                     leaving.add_prims(prims, bounds);
                 }
-                Place::WorldInstance(row) => {
+                TreePlace::WorldInstance(row) => {
                     instances.insert(self.parts.row_key(&row));
                 }
             }
@@ -207,12 +207,12 @@ impl Follower<'_> {
         for id in refitted {
             let mut has_outgrown = false;
             match mem::take(self.parts.place_of(id)) {
-                Place::Own(mut part) => {
+                TreePlace::Own(mut part) => {
                     has_outgrown = self.refit(&mut part);
                     if has_outgrown {
                         self.drop_own(*part);
                     } else {
-                        *self.parts.place_of(id) = Place::Own(part);
+                        *self.parts.place_of(id) = TreePlace::Own(part);
                     }
                 }
                 elsewhere => *self.parts.place_of(id) = elsewhere,
@@ -226,7 +226,7 @@ impl Follower<'_> {
                 if let Some(wide) = &mut self.wide {
                     wide.add_part(self.bvh, part.nodes.start as u32);
                 }
-                *self.parts.place_of(id) = Place::Own(part.into());
+                *self.parts.place_of(id) = TreePlace::Own(part.into());
             }
         }
     }

@@ -2,7 +2,8 @@
 
 use super::build_input::{BuildInput, triangle_bounds};
 use super::clustering::LeafObjects;
-use super::leaf_column::{LeafColumn, LeafRow, RowKey};
+use super::leaf_column::{LeafColumn, LeafRow};
+use super::leaving::RowKey;
 use super::node::LeafKind;
 use super::prim_ref::PrimIndex;
 use bytemuck::{Pod, Zeroable};

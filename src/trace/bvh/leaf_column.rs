@@ -3,6 +3,7 @@
 
 use super::build_input::BuildInput;
 use super::clustering::LeafObjects;
+use super::leaving::{Leaving, RowKey};
 use super::node::LeafKind;
 use super::prim_ref::PrimIndex;
 use bytemuck::Pod;
@@ -18,28 +19,10 @@ pub(super) trait LeafRow: Pod + Send + Sync {
     const NAME: &'static str;
     /// The row of an object.
     fn of(input: &BuildInput, object: PrimIndex) -> Self;
-    /// What the row stands for.
+    /// The primitive or the instance that the row stands for.
     fn key(&self) -> RowKey;
     /// The padded box.
     fn padded_box(&self) -> Bounds;
-}
-
-/// What a row of a tree stands for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) enum RowKey {
-    /// `prim_id` of a stored primitive.
-    Prim(u32),
-    /// Root of the mesh's tree, and offset of the primitives' numbers, of an instance.
-    Instance(u32, u32),
-}
-
-impl RowKey {
-    fn prim(self) -> Option<u32> {
-        match self {
-            RowKey::Prim(prim) => Some(prim),
-            RowKey::Instance(..) => None,
-        }
-    }
 }
 
 /// A column of rows of one kind.
@@ -53,9 +36,10 @@ pub(super) trait LeafColumn: AnyColumn {
     /// The numbers of the primitives in these rows; none of instances.
     fn stored_prims(&self, rows: Range<usize>) -> Vec<u32>;
     /// Moves what stays to the front of these rows; returns how many that are, and their box.
-    fn retain(&mut self, rows: Range<usize>, stays: &dyn Fn(RowKey) -> bool) -> (u32, Bounds);
-    /// How many of these rows stay, and their box.
-    fn count(&self, rows: Range<usize>, stays: &dyn Fn(RowKey) -> bool) -> (u32, Bounds);
+    /// `None` if all of them stay.
+    fn retain(&mut self, rows: Range<usize>, leaving: &Leaving) -> Option<(u32, Bounds)>;
+    /// The same of rows where what stays is at the front already.
+    fn staying(&self, rows: Range<usize>, leaving: &Leaving) -> Option<(u32, Bounds)>;
 }
 
 impl<T: LeafRow> LeafColumn for Column<T> {
@@ -87,25 +71,23 @@ impl<T: LeafRow> LeafColumn for Column<T> {
         prims.flatten().collect()
     }
 
-    fn retain(&mut self, rows: Range<usize>, stays: &dyn Fn(RowKey) -> bool) -> (u32, Bounds) {
+    fn retain(&mut self, rows: Range<usize>, leaving: &Leaving) -> Option<(u32, Bounds)> {
+        let all = &self[rows.clone()];
+        let mut next = all.iter().position(|row| !leaving.spares(row.key()))?;
         let own = &mut self[rows.clone()];
-        let mut count = 0;
-        for k in 0..own.len() {
-            if stays(own[k].key()) {
-                own.swap(count, k);
-                count += 1;
+        for k in next + 1..own.len() {
+            if leaving.spares(own[k].key()) {
+                own.swap(next, k);
+                next += 1;
             }
         }
-        self.count(rows, stays)
+        self.staying(rows, leaving)
     }
 
-    fn count(&self, rows: Range<usize>, stays: &dyn Fn(RowKey) -> bool) -> (u32, Bounds) {
-        let mut count = 0;
-        let boxes = self[rows].iter().filter(|row| stays(row.key())).map(|row| {
-            count += 1;
-            row.padded_box()
-        });
-        let bounds = boxes.fold(Bounds::EMPTY, Bounds::union);
-        (count, bounds)
+    fn staying(&self, rows: Range<usize>, leaving: &Leaving) -> Option<(u32, Bounds)> {
+        let all = &self[rows];
+        let count = all.iter().position(|row| !leaving.spares(row.key()))?;
+        let boxes = all[..count].iter().map(T::padded_box);
+        Some((count as u32, boxes.fold(Bounds::EMPTY, Bounds::union)))
     }
 }

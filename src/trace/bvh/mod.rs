@@ -14,9 +14,10 @@
 //! | `upper` | the upper levels, optimised as one tree, and the whole below them |
 //! | `leaf_column` | primitives in leaf order |
 //! | `offsets` | trees of several meshes in common arrays |
-//! | `update`, `plan`, `follow` | trees that follow a scene that changes |
+//! | `update`, `report`, `plan`, `follow` | trees that follow a scene that changes |
 //! | `tree_parts`, `free_rows` | parts of a tree, and their rows |
-//! | `refit`, `erase`, `top` | parts that move, what leaves them, and the tree that joins them |
+//! | `refit`, `leaving`, `erase` | parts that move, and what leaves them |
+//! | `top`, `braid` | the tree that joins them |
 //!
 //! and these are what it makes:
 //!
@@ -32,6 +33,7 @@
 //! primitives of one kind only, so that no kernel branches on the kind per primitive.
 
 mod best;
+mod braid;
 mod build;
 mod build_input;
 mod clustering;
@@ -42,12 +44,14 @@ mod free_rows;
 mod geometry_starts;
 pub mod leaf;
 mod leaf_column;
+mod leaving;
 mod node;
 mod offsets;
 mod plan;
 mod prim_ref;
 mod refit;
 mod reinsertion;
+mod report;
 mod settings;
 mod subtree;
 mod top;
@@ -63,7 +67,7 @@ pub(crate) use geometry_starts::GeometryStarts;
 pub use leaf::LeafPrims;
 use node::weighted_cost;
 pub use node::{Child, LeafKind, Node};
+pub use report::{UpdateError, UpdateMode, UpdateReport, UpdateWork};
 pub use settings::{BuildSettings, Quality};
 pub use tree::Bvh;
-pub use update::{UpdateError, UpdateMode, UpdateReport, UpdateWork};
 pub use validate::{Array, BvhArrays, BvhError, UnverifiedBvh};

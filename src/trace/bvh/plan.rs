@@ -1,18 +1,19 @@
 //! The plan of an update: which parts of a tree leave, come and move.
 
 use super::node::LeafKind;
-use super::tree_parts::{Place, TreeParts};
-use super::update::{UpdateError, UpdateMode, UpdateReport};
+use super::report::{UpdateError, UpdateMode, UpdateReport};
+use super::tree_parts::{TreeParts, TreePlace};
 use phalanx_scene::{GeomId, Geometry, PartChange, PrimPlace, Scene, SceneChanges};
 
-/// Share of the world's primitives, one of so many, from which on moved ones are refitted among all
-/// others. Fewer get trees of their own, so that later moves cost only theirs.
+/// The quotient of the world's primitives and those among them that have moved, up to which these
+/// are refitted among all others. Fewer get trees of their own, so that later moves cost only
+/// theirs.
 const REFITTED_SHARE: usize = 4;
 
-/// What has to be done for an update, apart from joining all parts.
+/// The parts that change in an update.
 #[derive(Default)]
-pub(super) struct Plan {
-    /// What is refitted, built and removed.
+pub(super) struct UpdatePlan {
+    /// Geometries and prototypes that are refitted, built and removed.
     pub(super) report: UpdateReport,
     /// Geometries that leave the place where they are, and whether they have moved in the scene.
     pub(super) leaving: Vec<(GeomId, bool)>,
@@ -25,7 +26,7 @@ pub(super) struct Plan {
     moved: Vec<(GeomId, usize)>,
 }
 
-impl Plan {
+impl UpdatePlan {
     /// The plan for following a scene; `None` if everything has to be built.
     ///
     /// # Errors
@@ -34,13 +35,13 @@ impl Plan {
         parts: Option<&TreeParts>,
         scene: &Scene,
         mode: UpdateMode,
-    ) -> Result<Option<Plan>, UpdateError> {
+    ) -> Result<Option<UpdatePlan>, UpdateError> {
         if mode == UpdateMode::Rebuild {
             return Ok(None);
         }
         let plan = parts.and_then(|parts| {
             let changes = scene.changes_since(&parts.edits);
-            Plan::of_changes(parts, scene, &changes, mode)
+            UpdatePlan::of_changes(parts, scene, &changes, mode)
         });
         match plan {
             None if mode == UpdateMode::RefitOnly => Err(UpdateError::OtherScene),
@@ -59,7 +60,7 @@ impl Plan {
         scene: &Scene,
         changes: &SceneChanges,
         mode: UpdateMode,
-    ) -> Option<Plan> {
+    ) -> Option<UpdatePlan> {
         let is_another = changes.everything
             || changes.geometries.iter().any(|change| {
                 let place = parts.geometries.get(change.id as usize);
@@ -68,7 +69,7 @@ impl Plan {
         if is_another {
             return None;
         }
-        let mut plan = Plan::default();
+        let mut plan = UpdatePlan::default();
         for change in &changes.prototypes {
             plan.add_prototype(scene, parts, change);
         }
@@ -102,19 +103,19 @@ impl Plan {
             moved,
         } = change;
         let before = parts.geometries.get(id as usize);
-        let before = before.unwrap_or(&Place::Nowhere);
-        let was_there = !matches!(before, Place::Nowhere);
+        let before = before.unwrap_or(&TreePlace::Nowhere);
+        let was_there = !matches!(before, TreePlace::Nowhere);
         let now = scene.geometries.visible(id);
         let now = now.filter(|now| !matches!(now, Geometry::Prims { count: 0, .. }));
         let stays = was_there && now.is_some();
         match (before, now) {
             // Hidden and shown again.
             _ if stays && !moved => return,
-            (Place::World(_), Some(Geometry::Prims { count, .. })) if !contents => {
+            (TreePlace::World(_), Some(Geometry::Prims { count, .. })) if !contents => {
                 self.moved.push((id, count as usize));
                 return;
             }
-            (Place::Own(_), Some(_)) if !contents => {
+            (TreePlace::Own(_), Some(_)) if !contents => {
                 self.report.refitted.push(id);
                 return;
             }
@@ -148,7 +149,7 @@ impl Plan {
             return;
         }
         for (id, place) in (0..).zip(&parts.geometries) {
-            if let Place::WorldInstance(row) = place {
+            if let TreePlace::WorldInstance(row) = place {
                 let shows = changed
                     .iter()
                     .any(|ids| ids.binary_search(&row.mesh).is_ok());
@@ -179,7 +180,7 @@ impl Plan {
 
 /// Returns true if a geometry is in another place than the tree has it: the scenes have parted long
 /// ago.
-fn is_elsewhere(scene: &Scene, id: GeomId, place: &Place) -> bool {
+fn is_elsewhere(scene: &Scene, id: GeomId, place: &TreePlace) -> bool {
     let now = |place: &PrimPlace| {
         let first = scene.geometries.first.get(id as usize);
         first.is_some_and(|&first| {
@@ -187,7 +188,7 @@ fn is_elsewhere(scene: &Scene, id: GeomId, place: &Place) -> bool {
         })
     };
     match place {
-        Place::World(place) => !now(place),
+        TreePlace::World(place) => !now(place),
         _ => false,
     }
 }

@@ -8,18 +8,13 @@
 //! | top | a copy of the root of the world's tree, whose place the root of everything takes |
 //! | behind it | the tree over the instances, and the one that joins all roots |
 
+use super::braid::{Boxed, Braid, Joined, braid};
 use super::build_input::BuildInput;
 use super::offsets::Offsets;
 use super::subtree::{build_subtree, relative_cost};
-use super::tree_parts::{Place, TreeParts};
+use super::tree_parts::{TreeParts, TreePlace};
 use super::{Bvh, Child, LeafKind, Node};
 use phalanx_scene::{Bounds, GeomId, Geometry, Scene};
-
-/// Depth from which roots are halved by count, which bounds the depth for any distribution.
-const MAX_SWEEPS: usize = 48;
-
-/// The root of a part, and its box.
-type Root = (Child, Bounds);
 
 impl Bvh {
     /// Removes the top, and puts the world's root back to its place.
@@ -42,11 +37,13 @@ impl Bvh {
             let root = Child::Node(part.nodes.start as u32);
             (root, self.bounds_of(&part.nodes))
         }));
-        let placed =
-            |(id, place): (usize, &Place)| match (place, scene.geometries.visible(id as GeomId)) {
-                (Place::Top, Some(Geometry::Instance(k))) => Some(scene.prim_count() as u32 + k),
-                _ => None,
-            };
+        let placed = |(id, place): (usize, &TreePlace)| match (
+            place,
+            scene.geometries.visible(id as GeomId),
+        ) {
+            (TreePlace::Top, Some(Geometry::Instance(k))) => Some(scene.prim_count() as u32 + k),
+            _ => None,
+        };
         let placed: Vec<u32> = (parts.geometries.iter().enumerate())
             .filter_map(placed)
             .collect();
@@ -56,21 +53,15 @@ impl Bvh {
         let mut depth = depths.fold(parts.world.depth, usize::max);
         if roots.len() > 1 || !placed.is_empty() {
             parts.top = Some(self.nodes.len());
-            let root = self.nodes[0];
-            self.nodes.push(root);
+            let root = [self.nodes[0]];
+            self.nodes.write(self.nodes.len(), &root);
             let (instances, own_depth, cost) = self.add_instances(scene, parts, &placed);
             parts.instances = instances.map(|(root, _)| root);
             roots.extend(instances.map(|(root, bounds)| (Child::Node(root), bounds)));
-            roots.retain(|(_, bounds)| !bounds.is_empty());
-            let mut join = Join {
-                first: self.nodes.len(),
-                ..Join::default()
-            };
-            self.nodes[0] = join.root(&mut roots);
-            self.nodes.extend_from(&join.nodes);
-            weighted += cost + join.nodes.iter().map(Node::weighted_cost).sum::<f64>();
-            weighted += self.nodes[0].weighted_cost();
-            depth = 1 + join.depth + depth.max(own_depth);
+            let join = braid(roots, 2, |child| self.children(child));
+            let opened = join.opened.iter().map(|&child| self.cost_of(child));
+            weighted += cost - opened.sum::<f64>() + self.write_join(&join);
+            depth = join.depth + depth.max(own_depth);
         }
         let deepest = parts.prototypes.iter().map(|mesh| mesh.depth).max();
         self.depth = depth + deepest.unwrap_or(0);
@@ -101,7 +92,7 @@ impl Bvh {
         offsets.slot[LeafKind::Instance.number()] = self.slots.instances.len() as u32;
         let mut nodes = built.tree.nodes;
         offsets.rebase_nodes(&mut nodes);
-        self.nodes.extend_from(&nodes);
+        self.nodes.write(self.nodes.len(), &nodes);
         let mut rows = built.slots.instances;
         for row in rows.iter_mut() {
             row.root = parts.prototypes[row.root as usize].nodes.start as u32;
@@ -110,68 +101,44 @@ impl Bvh {
         let root = (offsets.node, built.tree.bounds);
         (Some(root), built.tree.depth, built.tree.weighted_cost)
     }
-}
 
-/// A tree over the roots of parts: divided by the surface area heuristic along the longest axis.
-#[derive(Default)]
-struct Join {
-    nodes: Vec<Node>,
-    /// Index of the first of its nodes among all.
-    first: usize,
-    depth: usize,
-}
+    /// The children of a node with their boxes; none of a leaf.
+    fn children(&self, child: Child) -> Vec<Boxed<Child>> {
+        let Child::Node(index) = child else {
+            return Vec::new();
+        };
+        let node = &self.nodes[index as usize];
+        let all = [0, 1].map(|k| (node.child(k), node.bounds(k)));
+        let is_there = |child: &Boxed<Child>| !matches!(child.0, Child::Leaf { count: 0, .. });
+        all.into_iter().filter(is_there).collect()
+    }
 
-impl Join {
-    /// The root of everything.
-    fn root(&mut self, roots: &mut [Root]) -> Node {
-        match roots {
-            [] => Node::EMPTY,
-            [only] => Node::new([*only, (Child::EMPTY, Bounds::EMPTY)]),
-            _ => self.node(roots, 0),
+    /// Σ area · cost over the children of a node.
+    fn cost_of(&self, child: Child) -> f64 {
+        match child {
+            Child::Node(index) => self.nodes[index as usize].weighted_cost(),
+            Child::Leaf { .. } => 0.0,
         }
     }
 
-    /// The node over two roots or more.
-    fn node(&mut self, roots: &mut [Root], depth: usize) -> Node {
-        self.depth = self.depth.max(depth);
-        let middle =
-            if depth < MAX_SWEEPS { divide(roots, |root| root.1) } else { roots.len() / 2 };
-        let (left, right) = roots.split_at_mut(middle);
-        Node::new([left, right].map(|part| match part {
-            [only] => *only,
-            more => {
-                let place = self.nodes.len();
-                self.nodes.push(Node::EMPTY);
-                let node = self.node(more, depth + 1);
-                self.nodes[place] = node;
-                let child = Child::Node((self.first + place) as u32);
-                (child, node.child_bounds())
+    /// Writes joining nodes: the root of everything, and the others behind all nodes. Returns their
+    /// Σ area · cost.
+    fn write_join(&mut self, join: &Braid<Child>) -> f64 {
+        let first = self.nodes.len() - 1;
+        let nodes = join.nodes.iter().map(|children| {
+            let mut both = [(Child::EMPTY, Bounds::EMPTY); 2];
+            for (place, &(child, bounds)) in both.iter_mut().zip(children) {
+                let child = match child {
+                    Joined::Subtree(child) => child,
+                    Joined::Node(number) => Child::Node((first + number) as u32),
+                };
+                *place = (child, bounds);
             }
-        }))
+            Node::new(both)
+        });
+        let nodes: Vec<Node> = nodes.collect();
+        self.nodes.make_mut()[0] = nodes[0];
+        self.nodes.write(self.nodes.len(), &nodes[1..]);
+        nodes.iter().map(Node::weighted_cost).sum()
     }
-}
-
-/// Sorts two roots or more along the axis where they are farthest apart; returns the number of
-/// those that go to the left.
-pub(super) fn divide<T>(roots: &mut [T], bounds: impl Fn(&T) -> Bounds) -> usize {
-    let center = |root: &T| bounds(root).lo + bounds(root).hi;
-    let centers = roots
-        .iter()
-        .map(|root| Bounds::new(center(root), center(root)));
-    let extent = centers.fold(Bounds::EMPTY, Bounds::union);
-    let axis = (extent.hi - extent.lo).max_position();
-    roots.sort_by(|a, b| center(a)[axis].total_cmp(&center(b)[axis]));
-    let union = |all: &mut Bounds, root: &T| {
-        *all = all.union(bounds(root));
-        Some(all.half_area())
-    };
-    let mut right: Vec<f32> = roots.iter().rev().scan(Bounds::EMPTY, union).collect();
-    right.reverse();
-    let left = roots.iter().scan(Bounds::EMPTY, union).zip(1..roots.len());
-    let costs = left.map(|(area, count)| {
-        let rest = (roots.len() - count) as f32;
-        (area * count as f32 + right[count] * rest, count)
-    });
-    let best = costs.min_by(|a, b| a.0.total_cmp(&b.0));
-    best.map_or(1, |(_, count)| count)
 }

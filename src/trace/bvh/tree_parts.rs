@@ -1,7 +1,7 @@
 //! The trees that a [`Bvh`](super::Bvh) consists of, which change on their own.
 
 use super::free_rows::FreeRows;
-use super::leaf_column::RowKey;
+use super::leaving::RowKey;
 use super::node::LeafKind;
 use super::offsets::Offsets;
 use super::settings::BuildSettings;
@@ -30,7 +30,7 @@ pub(super) struct TreePart {
 
 /// Where a geometry is in a tree.
 #[derive(Clone, Debug, Default)]
-pub(super) enum Place {
+pub(super) enum TreePlace {
     /// Hidden, removed or without primitives.
     #[default]
     Nowhere,
@@ -48,7 +48,7 @@ pub(super) enum Place {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct InstanceRow {
     pub(super) mesh: u32,
-    /// What has to be added to a primitive's number, beside the number of all stored ones.
+    /// Offset of the primitives' numbers, beside the number of all stored ones.
     pub(super) offset: u32,
 }
 
@@ -65,7 +65,7 @@ pub(super) struct TreeParts {
     /// True until anything comes, goes or is built.
     pub(super) is_whole: bool,
     pub(super) prototypes: Vec<TreePart>,
-    pub(super) geometries: Vec<Place>,
+    pub(super) geometries: Vec<TreePlace>,
     /// First node behind all parts: a copy of the world's root, and then the tree that joins them.
     pub(super) top: Option<usize>,
     /// Root of the tree over the instances in the top.
@@ -81,14 +81,14 @@ impl TreeParts {
             Some(Geometry::Prims { first, count }) if count > 0 => scene
                 .geometries
                 .prim_place(first)
-                .map_or(Place::Nowhere, Place::World),
+                .map_or(TreePlace::Nowhere, TreePlace::World),
             Some(Geometry::Instance(k)) => {
                 let mesh = scene.instances.mesh[k as usize];
                 let before = scene.instances.first[k as usize];
                 let offset = before.wrapping_sub(scene.meshes.first[mesh as usize]);
-                Place::WorldInstance(InstanceRow { mesh, offset })
+                TreePlace::WorldInstance(InstanceRow { mesh, offset })
             }
-            _ => Place::Nowhere,
+            _ => TreePlace::Nowhere,
         };
         TreeParts {
             settings: *settings,
@@ -108,21 +108,21 @@ impl TreeParts {
     /// The trees of geometries.
     pub(super) fn own(&self) -> impl Iterator<Item = &TreePart> {
         self.geometries.iter().filter_map(|place| match place {
-            Place::Own(part) => Some(&**part),
+            TreePlace::Own(part) => Some(&**part),
             _ => None,
         })
     }
 
     /// Where a geometry is, to be changed.
-    pub(super) fn place_of(&mut self, id: GeomId) -> &mut Place {
+    pub(super) fn place_of(&mut self, id: GeomId) -> &mut TreePlace {
         let row = id as usize;
         if self.geometries.len() <= row {
-            self.geometries.resize_with(row + 1, Place::default);
+            self.geometries.resize_with(row + 1, TreePlace::default);
         }
         &mut self.geometries[row]
     }
 
-    /// What the row of an instance in the world's tree stands for.
+    /// The key of an instance's row in the world's tree.
     pub(super) fn row_key(&self, row: &InstanceRow) -> RowKey {
         let root = self.prototypes[row.mesh as usize].nodes.start as u32;
         RowKey::Instance(root, row.offset.wrapping_add(self.prims as u32))

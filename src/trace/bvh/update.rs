@@ -3,83 +3,11 @@
 use super::Bvh;
 use super::build::run_on_threads;
 use super::geometry_starts::GeometryStarts;
-use super::plan::Plan;
-use phalanx_scene::{Bounds, GeomId, Scene, on_pool};
+use super::plan::UpdatePlan;
+use super::report::{UpdateError, UpdateMode, UpdateReport, UpdateWork};
+use phalanx_scene::{Bounds, Scene, on_pool};
 use std::borrow::Cow;
 use std::ops::Range;
-
-/// How far [`Bvh::update_with`] may go.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum UpdateMode {
-    /// As [`Bvh::update`] does.
-    #[default]
-    Auto,
-    /// Boxes follow what has moved, and what was removed or hidden goes; no tree is built over
-    /// primitives. A frame takes about as long as the one before, and rays may take longer with
-    /// each: see [`Bvh::cost_growth`].
-    RefitOnly,
-    /// Everything is built, if anything has changed: the tree is that of [`Bvh::build`].
-    Rebuild,
-}
-
-/// What an update did.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum UpdateWork {
-    /// The scene was as the tree was, but for masks.
-    #[default]
-    Nothing,
-    /// The tree has followed; all but what the report lists is as it was.
-    Refitted,
-    /// Everything was built anew.
-    Rebuilt,
-}
-
-/// What [`Bvh::update`] did, and to what. All lists are ascending, and empty where everything was
-/// built.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct UpdateReport {
-    /// Kind of the work.
-    pub work: UpdateWork,
-    /// Geometries whose boxes were refitted, and instances that got another place.
-    pub refitted: Vec<GeomId>,
-    /// Geometries that were added, shown or moved, and got a tree of their own.
-    pub built: Vec<GeomId>,
-    /// Geometries that no ray hits any more.
-    pub removed: Vec<GeomId>,
-    /// Prototypes whose boxes were refitted.
-    pub refitted_prototypes: Vec<u32>,
-    /// Prototypes whose trees were built.
-    pub built_prototypes: Vec<u32>,
-}
-
-/// Errors of [`UpdateMode::RefitOnly`]. The tree is as it was, and so are its answers.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum UpdateError {
-    /// The tree is of another scene or from a cache, or primitives were added by hand.
-    #[error("the tree knows nothing of this scene: it has to be built")]
-    OtherScene,
-    /// Something was added or shown.
-    #[error("geometries {geometries:?} and prototypes {prototypes:?} have to be built")]
-    NotRefittable {
-        /// Geometries that need a tree.
-        geometries: Vec<GeomId>,
-        /// Prototypes that need one.
-        prototypes: Vec<u32>,
-    },
-}
-
-impl UpdateReport {
-    pub(super) fn sort(&mut self) {
-        self.refitted.sort_unstable();
-        self.built.sort_unstable();
-        self.removed.sort_unstable();
-    }
-
-    /// Returns true if trees are built.
-    pub(super) fn has_built(&self) -> bool {
-        !(self.built.is_empty() && self.built_prototypes.is_empty())
-    }
-}
 
 impl Bvh {
     /// Follows a scene that has been edited since the tree was built or last updated. Answers are
@@ -172,7 +100,7 @@ impl Bvh {
             self.geometries = GeometryStarts::of(scene);
             return Ok(UpdateReport::default());
         }
-        let plan = Plan::of(self.parts.as_deref(), scene, mode)?;
+        let plan = UpdatePlan::of(self.parts.as_deref(), scene, mode)?;
         let settings = self.parts.as_ref().map(|parts| parts.settings);
         let settings = settings.unwrap_or_default();
         let rows = scene.prims.len();
@@ -233,7 +161,7 @@ impl Bvh {
         if area > 0.0 { self.sah * area / built } else { 1.0 }
     }
 
-    /// The tree as a build makes it, for a file: this one, or a new one if parts have come and gone.
+    /// The tree as a build makes it, for a file: this one, or another if parts have come and gone.
     pub fn as_built(&self, scene: &Scene) -> Cow<'_, Bvh> {
         match &self.parts {
             Some(parts) if !parts.is_whole => Cow::Owned(Bvh::build_with(scene, &parts.settings)),

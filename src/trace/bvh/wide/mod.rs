@@ -5,16 +5,16 @@
 //!
 //! `rows` defines the traced data. `collapse` chooses which nodes of the binary tree become
 //! children of one wide node, `emit` drafts the nodes, and `layout` assigns all positions. The tree
-//! does not depend on the number of threads. `parts` puts trees side by side, below a `top` that joins
-//! them; `refit` and `erase` follow a scene that changes.
+//! does not depend on the number of threads. `wide_parts` puts trees side by side, below a `top`
+//! that joins them; `refit` and `erase` follow a scene that changes.
 
 mod collapse;
 mod emit;
 mod erase;
 mod layout;
-mod parts;
 mod refit;
 mod rows;
 mod top;
+mod wide_parts;
 
 pub use rows::{ChildRef, OtherLeaf, SphereBlock, TriangleBlock, WideBvh, WideNode};

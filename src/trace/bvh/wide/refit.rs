@@ -1,5 +1,5 @@
-//! Refit of the wide tree: its triangles lie where those of the binary tree do, and the boxes around
-//! them follow.
+//! Refit of the wide tree: its triangles lie where those of the binary tree do, and the boxes
+//! around them follow.
 
 use super::rows::{ChildRef, TriangleBlock, WideBvh, WideNode};
 use crate::bvh::leaf::LeafTriangle;

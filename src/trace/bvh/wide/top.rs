@@ -4,13 +4,10 @@
 use super::layout::widen;
 use super::rows::{ChildRef, TopRows, WideBvh, WideNode};
 use crate::bvh::Bvh;
-use crate::bvh::top::divide;
+use crate::bvh::braid::{Boxed, Braid, Joined, braid};
 use crate::bvh::tree_parts::TreeParts;
 use crate::simd::NATIVE;
-use phalanx_scene::Bounds;
-
-/// The root of a part, and its box.
-type Root = (ChildRef, Bounds);
+use phalanx_scene::huge_pages::write_rows;
 
 impl WideBvh {
     /// Removes the top, and puts the world's root back to its place.
@@ -33,7 +30,8 @@ impl WideBvh {
             others: self.others.len(),
         });
         let world = self.nodes.len();
-        self.nodes.push(self.nodes[0]);
+        let root = [self.nodes[0]];
+        write_rows(&mut self.nodes, world, &root);
         let own = self.own.values().map(|part| part.nodes.start);
         let mut roots: Vec<usize> = own.chain([world]).collect();
         let mut below = self
@@ -46,56 +44,37 @@ impl WideBvh {
             roots.push(self.append(rows));
         }
         let rooted = |root: usize| (ChildRef::Node(root as u32), self.nodes[root].child_bounds());
-        let mut roots: Vec<Root> = roots.into_iter().map(rooted).collect();
-        roots.retain(|(_, bounds)| !bounds.is_empty());
-        let depth = self.join(&mut roots, 0);
-        self.depth = depth + below;
+        let roots = roots.into_iter().map(rooted).collect();
+        let join = braid(roots, NATIVE, |child| self.children(child));
+        self.depth = join.depth + below;
+        self.write_join(&join);
     }
 
-    /// Makes the node `place` that joins roots; returns the number of nodes on the longest path to
-    /// one of them.
-    fn join(&mut self, roots: &mut [Root], place: usize) -> usize {
-        let mut depth = 0;
-        let mut children: Vec<Root> = Vec::with_capacity(NATIVE);
-        for group in groups(roots) {
-            children.push(match group {
-                [only] => *only,
-                more => {
-                    let below = self.nodes.len();
-                    self.nodes.push(WideNode::EMPTY);
-                    depth = depth.max(self.join(more, below));
-                    (
-                        ChildRef::Node(below as u32),
-                        self.nodes[below].child_bounds(),
-                    )
-                }
-            });
-        }
-        let mut node = WideNode::over(&mut children, |child| child.1);
-        for (code, child) in node.children.iter_mut().zip(children) {
-            *code = child.0.code();
-        }
-        self.nodes[place] = node;
-        depth + 1
-    }
-}
-
-/// Roots in as many groups as a node has children, or one each.
-fn groups(roots: &mut [Root]) -> Vec<&mut [Root]> {
-    let mut groups = vec![roots];
-    while groups.len() < NATIVE {
-        let large = groups
-            .iter()
-            .enumerate()
-            .filter(|(_, group)| group.len() > 1);
-        let Some((largest, _)) = large.max_by_key(|(_, group)| group.len()) else {
-            break;
+    /// The children of a node with their boxes; none of a leaf.
+    fn children(&self, child: ChildRef) -> Vec<Boxed<ChildRef>> {
+        let ChildRef::Node(index) = child else {
+            return Vec::new();
         };
-        let group = groups.swap_remove(largest);
-        let middle = divide(group, |root| root.1);
-        let (left, right) = group.split_at_mut(middle);
-        groups.extend([left, right]);
+        let node = &self.nodes[index as usize];
+        let all =
+            (0..NATIVE).map(|lane| (ChildRef::of_code(node.children[lane]), node.bounds(lane)));
+        all.filter(|child| child.0 != ChildRef::NOTHING).collect()
     }
-    groups.retain(|group| !group.is_empty());
-    groups
+
+    /// Writes joining nodes: the root of everything, and the others behind all nodes.
+    fn write_join(&mut self, join: &Braid<ChildRef>) {
+        let first = self.nodes.len() as u32 - 1;
+        for (k, children) in join.nodes.iter().enumerate() {
+            let mut children = children.clone();
+            let mut node = WideNode::over(&mut children, |child| child.1);
+            for (code, (child, _)) in node.children.iter_mut().zip(children) {
+                let child = match child {
+                    Joined::Subtree(child) => child,
+                    Joined::Node(number) => ChildRef::Node(first + number as u32),
+                };
+                *code = child.code();
+            }
+            if k == 0 { self.nodes[0] = node } else { self.nodes.push(node) }
+        }
+    }
 }

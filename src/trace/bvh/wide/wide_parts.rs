@@ -4,6 +4,7 @@ use super::layout::{WideRows, widen};
 use super::rows::{ChildRef, OtherLeaf, WideBvh, WideNode, WidePart};
 use crate::bvh::Bvh;
 use crate::bvh::tree_parts::TreeParts;
+use phalanx_scene::huge_pages::write_rows;
 use phalanx_scene::on_pool;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -73,7 +74,7 @@ impl WideBvh {
         };
         let mut nodes = rows.nodes;
         part.rebase(&mut nodes);
-        self.nodes.extend(nodes);
+        write_rows(&mut self.nodes, part.nodes.start, &nodes);
         self.others.extend(&rows.others[1..]);
         part.nodes.start
     }
@@ -104,7 +105,5 @@ fn write<T: Copy>(column: &mut Vec<T>, place: &Range<usize>, rows: Vec<T>) {
         *column = rows;
         return;
     }
-    let within = place.end.min(column.len()).saturating_sub(place.start);
-    column[place.start..][..within].copy_from_slice(&rows[..within]);
-    column.extend_from_slice(&rows[within..]);
+    write_rows(column, place.start, &rows);
 }
