@@ -1,5 +1,6 @@
 //! Geometry numbers: the primitives that were added together.
 
+use crate::bounds::Bounds;
 use crate::column::Column;
 use crate::prim_places::{FreePlace, PrimPlace};
 use std::collections::BTreeSet;
@@ -81,6 +82,8 @@ pub struct Geometries {
     /// Places of what was added as slices, prototypes among them, ascending: the first primitive,
     /// how many fit, the first vertex, how many fit, and how many are in use.
     pub places: Column<[u32; 5]>,
+    /// Boxes of all positions before the present ones, by geometry.
+    pub(crate) former: Vec<Bounds>,
     /// Places of what was removed; `None` until they are looked up.
     pub(crate) free: Option<BTreeSet<FreePlace>>,
 }
@@ -119,6 +122,20 @@ impl Geometries {
     pub(crate) fn used_vertices(&self, first_prim: u32) -> u32 {
         self.place_row(first_prim)
             .map_or(0, |row| self.places[row][4])
+    }
+
+    /// The box of all positions that a geometry has had, without the present ones.
+    pub fn former_bounds(&self, id: GeomId) -> Bounds {
+        self.former.get(id as usize).copied().unwrap_or_default()
+    }
+
+    /// Adds to the positions that a geometry has had.
+    pub(crate) fn leave_bounds(&mut self, id: GeomId, bounds: Bounds) {
+        let row = id as usize;
+        if self.former.len() <= row {
+            self.former.resize(row + 1, Bounds::EMPTY);
+        }
+        self.former[row] = self.former[row].union(bounds);
     }
 
     /// Sets how many vertices of a place are in use.

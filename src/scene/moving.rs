@@ -1,6 +1,6 @@
 //! Scenes that move: new vertices of meshes, new maps of instances, geometries shown and hidden.
 
-use super::{GeometryError, Instances, Scene};
+use super::{Bounds, GeometryError, Instances, Scene};
 use crate::edits::{Edits, SceneChanges};
 use crate::geometries::{GeomId, Geometry};
 use crate::geometry::check_finite;
@@ -45,7 +45,8 @@ impl Scene {
             Some(Geometry::Prims { first, count }) if count > 0 => Some(first),
             _ => None,
         };
-        self.move_vertices(first, vertices, ("mesh", geometry))?;
+        let before = self.move_vertices(first, vertices, ("mesh", geometry))?;
+        self.geometries.leave_bounds(geometry, before);
         self.edits.mark_moved(geometry);
         Ok(())
     }
@@ -68,12 +69,13 @@ impl Scene {
         Ok(())
     }
 
+    /// Moves vertices; returns the box of where they were.
     fn move_vertices(
         &mut self,
         first_prim: Option<u32>,
         vertices: &[[f32; 3]],
         (kind, id): (&'static str, u32),
-    ) -> Result<(), GeometryError> {
+    ) -> Result<Bounds, GeometryError> {
         let place = first_prim.and_then(|first| self.geometries.prim_place(first));
         // Spheres have none, and a damaged cache may name others than there are.
         let rows = self.triangles.vertices.len() as u64;
@@ -88,9 +90,10 @@ impl Scene {
             });
         }
         check_finite(vertices)?;
-        self.triangles
-            .set_vertices(place.first_vertex as usize, vertices);
-        Ok(())
+        let first = place.first_vertex as usize;
+        let before = self.triangles.vertices.bounds(first..first + used);
+        self.triangles.set_vertices(first, vertices);
+        Ok(before)
     }
 
     /// Moves an instance: `to_world` as for [`Scene::add_instance`]. Trees follow by `Bvh::update`.

@@ -39,7 +39,10 @@ impl Scene {
         let removed = match self.geometry(geometry)? {
             Geometry::Prims { count: 0, .. } => Geometry::RemovedPrims { first: u32::MAX },
             Geometry::Prims { first, count } => {
-                (self.names).name_run(first..first + count, NO_NAME, Some(NO_NAME));
+                let prims = first..first + count;
+                let before = self.padded_bounds(prims.clone());
+                self.geometries.leave_bounds(geometry, before);
+                self.names.name_run(prims, NO_NAME, Some(NO_NAME));
                 Geometry::RemovedPrims { first }
             }
             Geometry::Instance(k) => {

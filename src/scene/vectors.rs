@@ -1,9 +1,11 @@
 //! Vector attributes, one column per component.
 
 use super::Column;
+use crate::bounds::Bounds;
 use crate::column::{AnyColumn, Attribute};
 use crate::threads::{BLOCK_ROWS, map_on_pool};
 use glam::{Vec2, Vec3};
+use std::ops::Range;
 
 /// Three float columns: a vector attribute stored as structure of arrays.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -53,6 +55,13 @@ impl Vec3s {
     #[inline]
     pub fn set(&mut self, i: usize, v: Vec3) {
         (self.x[i], self.y[i], self.z[i]) = (v.x, v.y, v.z);
+    }
+
+    /// The box of some rows, which are finite.
+    pub(crate) fn bounds(&self, rows: Range<usize>) -> Bounds {
+        let ends = self.parts().map(|part| least_and_most(&part[rows.clone()]));
+        let [lo, hi] = [0, 1].map(|side| Vec3::from_array(ends.map(|end| end[side])));
+        Bounds::new(lo, hi)
     }
 
     /// Appends the rows of another attribute, or takes it over if this one is empty.
@@ -105,6 +114,23 @@ fn largest_magnitude(column: &[f32]) -> f32 {
     }
     let all = most.into_iter().chain(rest.iter().map(|c| c.abs()));
     all.fold(0.0, f32::max)
+}
+
+/// The least and the largest of finite numbers, in lanes.
+fn least_and_most(column: &[f32]) -> [f32; 2] {
+    const LANES: usize = 8;
+    let mut ends = [[f32::INFINITY; LANES], [f32::NEG_INFINITY; LANES]];
+    for row in column.chunks(LANES) {
+        for (k, &x) in row.iter().enumerate() {
+            ends[0][k] = if x < ends[0][k] { x } else { ends[0][k] };
+            ends[1][k] = if x > ends[1][k] { x } else { ends[1][k] };
+        }
+    }
+    let [least, most] = ends;
+    [
+        least.into_iter().fold(f32::INFINITY, f32::min),
+        most.into_iter().fold(f32::NEG_INFINITY, f32::max),
+    ]
 }
 
 /// Two float columns: texture coordinates.

@@ -6,8 +6,8 @@ use super::tree_parts::TreePart;
 use super::{Bvh, Child};
 
 impl Bvh {
-    /// Removes rows from a part.
-    pub(super) fn erase(&mut self, part: &mut TreePart, leaving: &Leaving) {
+    /// Removes rows from a part; returns how many.
+    pub(super) fn erase(&mut self, part: &mut TreePart, leaving: &Leaving) -> u32 {
         let (slots, nodes) = (&mut self.slots, self.nodes.make_mut());
         let first = part.nodes.start;
         let (mut visited, mut waiting) = (Vec::new(), vec![first as u32]);
@@ -22,6 +22,7 @@ impl Bvh {
                 }
             }
         }
+        let mut erased = 0;
         let mut shrunk = vec![false; part.nodes.len()];
         // Children were visited after their parents.
         for &index in visited.iter().rev() {
@@ -36,7 +37,11 @@ impl Bvh {
                     Child::Leaf { kind, first, count } => {
                         let rows = first as usize..(first + count) as usize;
                         let rest = slots.leaf_column_mut(kind).retain(rows, leaving);
-                        rest.map(|(count, bounds)| (Child::Leaf { kind, first, count }, bounds))
+                        rest.map(|(staying, bounds)| {
+                            erased += count - staying;
+                            let count = staying;
+                            (Child::Leaf { kind, first, count }, bounds)
+                        })
                     }
                 };
                 if let Some((child, bounds)) = rest {
@@ -52,5 +57,6 @@ impl Bvh {
         }
         // The rows of triangles have changed places.
         part.corners = Vec::new();
+        erased
     }
 }

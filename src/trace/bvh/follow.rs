@@ -5,7 +5,7 @@ use super::build_input::BuildInput;
 use super::geometry_starts::GeometryStarts;
 use super::leaf::box_of;
 use super::leaf_column::LeafRow;
-use super::leaving::{EVERYTHING, Leaving, RowKey};
+use super::leaving::{Leaving, RowKey};
 use super::plan::UpdatePlan;
 use super::report::{UpdateMode, UpdateReport, UpdateWork};
 use super::subtree::{build_subtree, relative_cost};
@@ -107,27 +107,34 @@ impl Follower<'_> {
     /// Removes geometries from where they are.
     fn remove(&mut self, geometries: &[(GeomId, bool)]) {
         let mut leaving = Leaving::default();
-        let mut instances = HashSet::new();
+        let (mut instances, mut count) = (HashSet::new(), 0);
         for &(id, has_moved) in geometries {
             match mem::take(self.parts.place_of(id)) {
                 TreePlace::Nowhere | TreePlace::Top => {}
                 TreePlace::Own(part) => self.drop_own(*part),
-                TreePlace::World(place) => {
+                TreePlace::World(place, own) => {
                     let prims = place.all_prims();
                     let bounds = match has_moved {
-                        true => EVERYTHING,
+                        true => self.scene.geometries.former_bounds(id),
                         false => self.scene.padded_bounds(prims.clone()),
                     };
                     leaving.add_prims(prims, bounds);
+                    count += own;
                 }
                 TreePlace::WorldInstance(row) => {
                     instances.insert(self.parts.row_key(&row));
+                    count += 1;
                 }
             }
         }
         self.find_instances(instances, &mut leaving);
         if !leaving.is_empty() {
-            self.bvh.erase(&mut self.parts.world, &leaving);
+            let erased = self.bvh.erase(&mut self.parts.world, &leaving);
+            if erased < count {
+                // A copy of the scene has moved them elsewhere.
+                leaving.look_everywhere();
+                self.bvh.erase(&mut self.parts.world, &leaving);
+            }
             if let Some(wide) = &mut self.wide {
                 wide.erase(&leaving, &self.bvh.slots);
             }

@@ -27,12 +27,6 @@ impl RowKey {
 /// Number of boxes that are looked for one by one; more are looked for as one.
 const MAX_BOXES: usize = 16;
 
-/// A box around everything.
-pub(super) const EVERYTHING: Bounds = Bounds {
-    lo: Vec3::NEG_INFINITY,
-    hi: Vec3::INFINITY,
-};
-
 /// Primitives and instances that leave a tree.
 #[derive(Default)]
 pub(in crate::bvh) struct Leaving {
@@ -63,6 +57,11 @@ impl Leaving {
             self.boxes.push(all);
         }
         self.boxes.push(bounds);
+    }
+
+    /// Forgets the boxes.
+    pub(super) fn look_everywhere(&mut self) {
+        self.boxes = vec![Bounds::new(Vec3::NEG_INFINITY, Vec3::INFINITY)];
     }
 
     pub(super) fn is_empty(&self) -> bool {

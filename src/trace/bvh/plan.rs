@@ -111,7 +111,7 @@ impl UpdatePlan {
         match (before, now) {
             // Hidden and shown again.
             _ if stays && !moved => return,
-            (TreePlace::World(_), Some(Geometry::Prims { count, .. })) if !contents => {
+            (TreePlace::World(..), Some(Geometry::Prims { count, .. })) if !contents => {
                 self.moved.push((id, count as usize));
                 return;
             }
@@ -188,7 +188,7 @@ fn is_elsewhere(scene: &Scene, id: GeomId, place: &TreePlace) -> bool {
         })
     };
     match place {
-        TreePlace::World(place) => !now(place),
+        TreePlace::World(place, _) => !now(place),
         _ => false,
     }
 }

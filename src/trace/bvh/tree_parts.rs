@@ -34,8 +34,8 @@ pub(super) enum TreePlace {
     /// Hidden, removed or without primitives.
     #[default]
     Nowhere,
-    /// Among everything that the tree was built of: these primitives.
-    World(PrimPlace),
+    /// Among everything that the tree was built of: so many primitives of this place.
+    World(PrimPlace, u32),
     /// Among everything that the tree was built of: an instance.
     WorldInstance(InstanceRow),
     /// In a tree of its own, since it was added, shown or moved.
@@ -78,10 +78,10 @@ impl TreeParts {
     /// The parts of a tree that has just been built of everything that is visible.
     pub(super) fn of(scene: &Scene, settings: &BuildSettings, world: &Subtree) -> TreeParts {
         let place = |id| match scene.geometries.visible(id) {
-            Some(Geometry::Prims { first, count }) if count > 0 => scene
-                .geometries
-                .prim_place(first)
-                .map_or(TreePlace::Nowhere, TreePlace::World),
+            Some(Geometry::Prims { first, count }) if count > 0 => {
+                let place = scene.geometries.prim_place(first);
+                place.map_or(TreePlace::Nowhere, |place| TreePlace::World(place, count))
+            }
             Some(Geometry::Instance(k)) => {
                 let mesh = scene.instances.mesh[k as usize];
                 let before = scene.instances.first[k as usize];
