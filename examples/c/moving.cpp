@@ -49,9 +49,14 @@ int main() {
         for (int k = 0; k < 1000; ++k) {
             check(phx_scene_set_transform(scene, blades[k], place(k, frame * 0.3 + k).data()));
         }
-        check(phx_tree_update(next, scene, nullptr, nullptr));
+        // The third time it is built anew, while the other one answers.
+        phx_update_settings settings = {sizeof settings, frame == 3 ? PHX_UPDATE_REBUILD : PHX_UPDATE_AUTO};
+        phx_update_result result = {};
+        result.size = sizeof result;
+        check(phx_tree_update(next, scene, &settings, &result));
         query.join();
-        std::printf("frame %d: %zu of 4000 rays hit\n", frame, met);
+        const char *work[] = {"nothing done", "refitted", "built anew"};
+        std::printf("frame %d: %zu of 4000 rays hit, next %s\n", frame, met, work[result.work]);
         std::swap(shown, next);
     }
     check(phx_tree_destroy(shown));

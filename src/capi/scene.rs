@@ -256,6 +256,18 @@ pub extern "C" fn phx_scene_set_mask(scene: *mut Opaque, geom_id: u32, mask: u32
 }
 
 #[unsafe(no_mangle)]
+pub extern "C" fn phx_scene_remove(scene: *mut Opaque, geom_id: u32) -> PhxStatus {
+    edit(scene, NOTHING, |scene| Ok(scene.remove(geom_id)?))
+}
+
+#[unsafe(no_mangle)]
+pub extern "C" fn phx_scene_remove_prototype(scene: *mut Opaque, prototype: u32) -> PhxStatus {
+    edit(scene, NOTHING, |scene| {
+        Ok(scene.remove_prototype(prototype)?)
+    })
+}
+
+#[unsafe(no_mangle)]
 pub unsafe extern "C" fn phx_scene_set_name(
     scene: *mut Opaque,
     geom_id: u32,

@@ -1,6 +1,6 @@
 //! Statuses, and the words of the last error of each thread.
 
-use phalanx::{GeometryError, isa};
+use phalanx::{GeometryError, UpdateError, isa};
 use std::any::Any;
 use std::cell::RefCell;
 use std::ffi::{CString, c_char};
@@ -19,6 +19,7 @@ pub enum PhxStatus {
     File,
     Version,
     Internal,
+    Refit,
 }
 
 /// Why a call is refused.
@@ -34,6 +35,12 @@ impl ApiError {
 impl From<GeometryError> for ApiError {
     fn from(error: GeometryError) -> ApiError {
         ApiError(PhxStatus::Geometry, error.to_string())
+    }
+}
+
+impl From<UpdateError> for ApiError {
+    fn from(error: UpdateError) -> ApiError {
+        ApiError(PhxStatus::Refit, error.to_string())
     }
 }
 

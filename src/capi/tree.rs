@@ -2,9 +2,9 @@
 
 use crate::rows::structure_or_zeros;
 use crate::scene::reading;
-use crate::status::{ApiError, PhxStatus, answer, guarded};
+use crate::status::{ApiError, PhxStatus, answer, guarded, misplaced};
 use crate::table::{HandleTable, Opaque};
-use phalanx::{BuildSettings, Bvh, Quality};
+use phalanx::{BuildSettings, Bvh, Quality, UpdateMode, UpdateReport};
 use std::cell::UnsafeCell;
 use std::mem;
 use std::ops::Deref;
@@ -84,18 +84,57 @@ pub struct PhxBuildSettings {
     pub threads: u32,
 }
 
-/// `phx_update_settings`: none yet.
+/// `phx_update_settings`.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct PhxUpdateSettings {
     pub size: usize,
+    pub mode: i32,
 }
 
-/// `phx_update_result`: nothing yet.
+/// `phx_update_result`.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct PhxUpdateResult {
     pub size: usize,
+    pub geom_ids: *mut u32,
+    pub capacity: usize,
+    pub refitted: u32,
+    pub built: u32,
+    pub removed: u32,
+    pub work: i32,
+    pub cost_growth: f64,
+}
+
+impl PhxUpdateSettings {
+    fn mode(self) -> Result<UpdateMode, ApiError> {
+        match self.mode {
+            0 => Ok(UpdateMode::Auto),
+            1 => Ok(UpdateMode::RefitOnly),
+            2 => Ok(UpdateMode::Rebuild),
+            other => Err(ApiError::argument(format!("mode is {other}: 0, 1 or 2"))),
+        }
+    }
+}
+
+impl PhxUpdateResult {
+    /// Takes a report.
+    ///
+    /// # Safety
+    /// `geom_ids` is null, or memory of `capacity` numbers.
+    unsafe fn set(&mut self, report: &UpdateReport, bvh: &Bvh) {
+        let lists = [&report.refitted, &report.built, &report.removed];
+        [self.refitted, self.built, self.removed] = lists.map(|list| list.len() as u32);
+        self.work = report.work as i32;
+        self.cost_growth = bvh.cost_growth();
+        if !self.geom_ids.is_null() {
+            let ids = lists.into_iter().flatten().take(self.capacity);
+            for (k, &id) in ids.enumerate() {
+                // SAFETY: the caller's.
+                unsafe { self.geom_ids.add(k).write(id) };
+            }
+        }
+    }
 }
 
 impl PhxBuildSettings {
@@ -154,11 +193,25 @@ pub unsafe extern "C" fn phx_tree_update(
 ) -> PhxStatus {
     guarded(|| {
         // SAFETY: the caller's.
-        unsafe { (structure_or_zeros(settings)?, structure_or_zeros(result)?) };
+        let (mode, mut given) = unsafe {
+            let mode = structure_or_zeros(settings)?.mode()?;
+            (mode, structure_or_zeros(result.cast_const())?)
+        };
+        if !given.geom_ids.is_aligned() {
+            return Err(misplaced("geom_ids"));
+        }
         let (scene, tree) = (reading(scene)?, TREES.get(tree)?);
         let _guard = tree.take()?;
         // SAFETY: there are no batches, none begins, and single rays may not be.
-        unsafe { &mut *tree.bvh.get() }.update(&scene);
+        let bvh = unsafe { &mut *tree.bvh.get() };
+        let report = bvh.update_with(&scene, mode)?;
+        if !result.is_null() {
+            // SAFETY: the caller's.
+            unsafe {
+                given.set(&report, bvh);
+                result.write(given);
+            }
+        }
         Ok(())
     })
 }

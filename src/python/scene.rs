@@ -8,6 +8,7 @@ use phalanx::bvh::Quality;
 use phalanx::formats::Options;
 use phalanx::scene::{GeomId, SceneCamera};
 use phalanx::{BuildSettings, Bvh, ForkSafeOnce, GeometryError, NO_PRIM, Scene};
+use phalanx::{UpdateMode, UpdateReport, UpdateWork};
 use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
 use pyo3::types::{IntoPyDict, PyBytes, PyDict, PyTuple};
@@ -84,6 +85,13 @@ impl LazyTree {
     fn take_before(&self) -> Option<Arc<Bvh>> {
         self.before.try_lock().ok()?.take()
     }
+
+    /// Gives the tree back, which has not changed.
+    fn give_before(&self, bvh: Arc<Bvh>) {
+        if let Ok(mut before) = self.before.try_lock() {
+            *before = Some(bvh);
+        }
+    }
 }
 
 /// Largest number of primitives, so that each index has 31 bits.
@@ -117,6 +125,31 @@ impl Snapshot {
         }
         let valid = self.scene.validate().map_err(|error| error.to_string());
         valid.map(|()| Arc::new(Bvh::build_with(&self.scene, &self.settings)))
+    }
+
+    /// Lets the tree before the last changes follow, by these rules; says what was done.
+    fn follow(&self, mode: UpdateMode) -> Result<UpdateReport, String> {
+        if self.tree.made.get().is_some() {
+            return Ok(UpdateReport::default());
+        }
+        let Some(mut bvh) = self.tree.take_before() else {
+            return Ok(UpdateReport {
+                work: UpdateWork::Rebuilt,
+                ..UpdateReport::default()
+            });
+        };
+        // A copy, if a query still uses it.
+        let updated = Arc::make_mut(&mut bvh).update_with(&self.scene, mode);
+        match updated {
+            Ok(report) => {
+                self.tree.made.get_or_init(|| Ok(bvh));
+                Ok(report)
+            }
+            Err(refused) => {
+                self.tree.give_before(bvh);
+                Err(refused.to_string())
+            }
+        }
     }
 }
 
@@ -508,15 +541,73 @@ impl PyScene {
         scene.cameras.iter().map(name).collect()
     }
 
-    /// Lets the tree follow all changes now, instead of in the next query:
-    /// meshes that moved are refitted, and the tree over the instances is
-    /// rebuilt. It is built if there is none.
+    /// Removes a geometry. All others keep their numbers and those of their
+    /// primitives. The next geometry of this kind (mesh, spheres, instance)
+    /// that is no larger takes its geom_id, its prim_ids and its memory.
     ///
-    /// Answers that you keep do not change.
-    fn update(&self, py: Python<'_>) -> PyResult<()> {
-        let bvh = self.now(py).tree(py)?;
+    /// Raises IndexError for an unknown geom_id.
+    fn remove(&self, py: Python<'_>, geom_id: GeomId) -> PyResult<()> {
+        self.change(py, |scene| scene.remove(geom_id))
+    }
+
+    /// Removes a prototype that no instance shows. The next one that is no
+    /// larger takes its number.
+    ///
+    /// Raises IndexError for an unknown number, ValueError if it is shown.
+    fn remove_prototype(&self, py: Python<'_>, prototype: u32) -> PyResult<()> {
+        self.change(py, |scene| scene.remove_prototype(prototype))
+    }
+
+    /// Lets the tree follow all changes now, instead of in the next query.
+    /// Meshes that moved are refitted, what was added gets a tree of its own,
+    /// what was removed or hidden leaves. It is built if there is none.
+    ///
+    /// mode : 'auto', 'refit' or 'rebuild'
+    ///     'auto' builds a part anew that refits have made too slow, and
+    ///     everything if the whole is. 'refit' builds no tree over
+    ///     primitives, so that frames take about as long as each other.
+    ///     'rebuild' builds everything.
+    ///
+    /// Returns a dict: 'work' is 'nothing', 'refitted' or 'rebuilt';
+    /// 'refitted', 'built' and 'removed' are lists of geom_ids; and
+    /// 'cost_growth' says how many times what it would cost if it were built
+    /// anew the tree costs rays.
+    ///
+    /// Answers that you keep do not change. To build without stopping queries,
+    /// let another thread update a copy, and use that from then on:
+    ///
+    ///     spare = copy.copy(scene)
+    ///     thread = threading.Thread(target=spare.update, args=("rebuild",))
+    ///
+    /// Raises ValueError for 'refit' if something has to be built; the tree
+    /// then follows in the next query.
+    #[pyo3(signature = (mode="auto"))]
+    fn update<'py>(&self, py: Python<'py>, mode: &str) -> PyResult<Bound<'py, PyDict>> {
+        let mode = match mode {
+            "auto" => UpdateMode::Auto,
+            "refit" => UpdateMode::RefitOnly,
+            "rebuild" => UpdateMode::Rebuild,
+            _ => {
+                let words = format!("mode is {mode:?}, not one of auto, refit, rebuild");
+                return Err(value_error(words));
+            }
+        };
+        let now = self.now(py);
+        let report = py.detach(|| now.follow(mode)).map_err(value_error)?;
+        let bvh = now.tree(py)?;
         py.detach(|| bvh.build_wide(0));
-        Ok(())
+        let work = match report.work {
+            UpdateWork::Nothing => "nothing",
+            UpdateWork::Refitted => "refitted",
+            UpdateWork::Rebuilt => "rebuilt",
+        };
+        let all = PyDict::new(py);
+        all.set_item("work", work)?;
+        all.set_item("refitted", report.refitted)?;
+        all.set_item("built", report.built)?;
+        all.set_item("removed", report.removed)?;
+        all.set_item("cost_growth", bvh.cost_growth())?;
+        Ok(all)
     }
 
     /// Builds the tree now instead of in the first query, or rebuilds it if

@@ -45,6 +45,48 @@ def test_geometry_moves():
     assert len(scene) == 2
 
 
+def test_what_is_removed_leaves_its_number_to_the_next():
+    scene, prototype = scene_of_three()
+    scene.intersect(ORIGINS, DOWN)
+    scene.remove(1)
+    assert scene.update()["removed"] == [1]
+    hits = scene.intersect(ORIGINS, DOWN)
+    assert (hits.t.tolist(), hits.geom_id.tolist()[0]) == ([9.0, 9.0, np.inf], 0)
+    with pytest.raises(IndexError, match="no geometry has the number 1"):
+        scene.remove(1)
+    assert scene.add_spheres([[1, 1, 3]], 0.5) == 1
+    assert scene.update()["built"] == [1]
+    assert scene.intersect(ORIGINS, DOWN).prim_id.tolist()[:2] == [1, 0]
+    with pytest.raises(ValueError, match="geometry 2 is an instance of prototype 0"):
+        scene.remove_prototype(prototype)
+    scene.remove(2)
+    scene.remove_prototype(prototype)
+    assert scene.add_prototype(CORNERS, FACE) == prototype
+
+
+def test_updates_say_what_they_did_and_obey():
+    scene, _ = scene_of_three()
+    assert scene.update()["work"] == "rebuilt"
+    assert scene.update("refit")["work"] == "nothing"
+    scene.set_vertices(0, CORNERS + [0, 0, 2])
+    done = scene.update("refit")
+    assert (done["work"], done["refitted"], done["built"]) == ("refitted", [0], [])
+    assert done["cost_growth"] > 0
+    added = scene.add_mesh(CORNERS + [0, 0, 5], FACE)
+    with pytest.raises(ValueError, match=rf"geometries \[{added}\] and prototypes \[\] have to"):
+        scene.update("refit")
+    assert scene.intersect(ORIGINS, DOWN).t.tolist() == [4.0, 4.0, np.inf]
+    with pytest.raises(ValueError, match="mode is 'fast', not one of auto, refit, rebuild"):
+        scene.update("fast")
+    spare = copy.copy(scene)
+    spare.set_transform(2, shifted(6))
+    with ThreadPoolExecutor() as pool:
+        done = pool.submit(spare.update, "rebuild")
+        assert scene.intersect(ORIGINS, DOWN).t.tolist() == [4.0, 4.0, np.inf]
+        assert done.result()["work"] == "rebuilt"
+    assert spare.intersect(ORIGINS, DOWN).t.tolist() == [3.0, 3.0, np.inf]
+
+
 def test_moved_scenes_answer_as_new_ones():
     rng = np.random.default_rng(3)
     vertices, faces = rng.normal(size=(200, 3)), rng.integers(0, 200, (400, 3))

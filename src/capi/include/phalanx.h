@@ -86,7 +86,9 @@ typedef enum phx_status {
     /** Header and library are of versions that do not fit, or the library is built for another CPU than this one. */
     PHX_ERROR_VERSION = 6,
     /** A fault in the library. Its objects may be used on, but for a tree whose update has failed. */
-    PHX_ERROR_INTERNAL = 7
+    PHX_ERROR_INTERNAL = 7,
+    /** An edit that cannot be refitted, where nothing else is allowed. The tree is as it was. */
+    PHX_ERROR_REFIT = 8
 } phx_status;
 
 /** Why the last call of this thread that failed did so: one line of UTF-8, valid until the next one fails. Empty before that. */
@@ -184,6 +186,15 @@ phx_status phx_scene_set_transform(phx_scene *scene, uint32_t geom_id, const dou
 /** Sets the bits that a ray's mask must share to hit a geometry: all at first; 0 hides it, and takes it out of trees. */
 phx_status phx_scene_set_mask(phx_scene *scene, uint32_t geom_id, uint32_t mask);
 
+/**
+ * Removes a geometry. All others keep their numbers and those of their primitives. The next geometry of this kind (mesh, spheres,
+ * instance) with no more primitives and vertices takes its number, its primitives' and its memory.
+ */
+phx_status phx_scene_remove(phx_scene *scene, uint32_t geom_id);
+
+/** Removes a prototype that no instance shows; the next one that fits takes its number. */
+phx_status phx_scene_remove_prototype(phx_scene *scene, uint32_t prototype);
+
 /** Names a geometry, in UTF-8 that is copied, up to 1024 bytes, without spaces at its ends. */
 phx_status phx_scene_set_name(phx_scene *scene, uint32_t geom_id, const char *name);
 
@@ -220,14 +231,47 @@ typedef struct phx_build_settings {
     uint32_t threads;
 } phx_build_settings;
 
-/** Settings of an update: none yet. */
+/** How far an update may go. */
+typedef enum phx_update_mode {
+    /** What has changed: see phx_tree_update(). */
+    PHX_UPDATE_AUTO = 0,
+    /** No tree is built over primitives: PHX_ERROR_REFIT if that takes one. Frames take about as long as each other. */
+    PHX_UPDATE_REFIT_ONLY = 1,
+    /** Everything is built, if anything has changed. */
+    PHX_UPDATE_REBUILD = 2
+} phx_update_mode;
+
+/** Settings of an update; {sizeof, PHX_UPDATE_AUTO} are the usual ones. */
 typedef struct phx_update_settings {
     size_t size;
+    /** A phx_update_mode. */
+    int32_t mode;
 } phx_update_settings;
 
-/** What an update did: nothing is said yet. */
+/** Kind of work that an update did. */
+typedef enum phx_update_work {
+    /** The scene was as the tree was, but for masks. */
+    PHX_UPDATE_NOTHING = 0,
+    /** The tree has followed; all but what is listed is as it was. */
+    PHX_UPDATE_REFITTED = 1,
+    /** Everything was built anew. */
+    PHX_UPDATE_REBUILT = 2
+} phx_update_work;
+
+/** What an update did. The caller sets `size`, `geom_ids` and `capacity`. */
 typedef struct phx_update_result {
     size_t size;
+    /** Null, or room for the numbers of geometries: those refitted or moved, then those that got trees of their own, then those
+     * that no ray hits any more. */
+    uint32_t *geom_ids;
+    /** How many numbers fit; the rest is left out. */
+    size_t capacity;
+    /** How many geometries there are of each sort; none where everything was built. */
+    uint32_t refitted, built, removed;
+    /** A phx_update_work. */
+    int32_t work;
+    /** How many times what it would cost if it were built anew the tree costs rays; PHX_UPDATE_AUTO builds everything at 1.5. */
+    double cost_growth;
 } phx_update_result;
 
 /**
@@ -237,8 +281,10 @@ typedef struct phx_update_result {
 phx_status phx_tree_build(const phx_scene *scene, const phx_build_settings *settings, phx_tree **tree);
 
 /**
- * Lets a tree follow its scene after edits; answers are those of a fresh build. Moved vertices are refitted, and a mesh that has
- * become too slow by that is built anew.
+ * Lets a tree follow its scene after edits; answers are those of a fresh build, and the time is that of what has changed. Moved
+ * vertices are refitted, what is added gets a tree of its own, what is removed or hidden leaves. A part that refits have made too
+ * slow is built anew, and everything if the whole is. To build without stopping queries, build another tree of the scene on
+ * another thread (edits wait meanwhile), or update a phx_tree_clone() with PHX_UPDATE_REBUILD.
  * @param settings may be null
  * @param[out] result may be null
  */
