@@ -4,6 +4,7 @@ use super::worker::{able_lanes, repeat_last};
 use super::{Hit, RayBatch, TMax};
 use crate::bvh::Bvh;
 use crate::packet::{RayPacket, packets_for};
+use crate::prefetch;
 use crate::simd::{F32x8, LANES, LaneMask, Mask8, Vec3x8};
 use crate::traverse::single_ray::{OneHit, OneRay, RaySource, SingleRays};
 use std::cell::Cell;
@@ -107,6 +108,8 @@ impl RaySource for BatchSource<'_> {
 #[inline(always)]
 fn octet(column: &[f32], first: usize) -> [f32; LANES] {
     let rest = &column[first..];
+    // Six columns are more than the processor follows by itself between the rows of a tree.
+    prefetch::line_at(rest.as_ptr().wrapping_add(2 * LANES).addr());
     match rest.first_chunk() {
         Some(eight) => *eight,
         None => repeat_last(rest),
