@@ -6,7 +6,7 @@ use crate::bvh::Bvh;
 use crate::packet::{RayPacket, packets_for};
 use crate::prefetch;
 use crate::simd::{F32x8, LANES, LaneMask, Mask8, Vec3x8};
-use crate::traverse::single_ray::{OneHit, OneRay, RaySource, SingleRays};
+use crate::traverse::single_ray::{OneHit, OneRay, RayOctets, SingleRays};
 use std::cell::Cell;
 
 /// Maximum number of rays that are traced one after another: with more, many in flight are faster
@@ -73,7 +73,7 @@ impl<'r> BatchSource<'r> {
     }
 }
 
-impl RaySource for BatchSource<'_> {
+impl RayOctets for BatchSource<'_> {
     #[inline(always)]
     fn packet(&self, packet: usize) -> (RayPacket<F32x8>, Mask8) {
         let first = packet * LANES;

@@ -3,11 +3,11 @@
 //! Algorithm", 2005, whose entry point is one node for a frustum; here it is a node made of the
 //! children, of any level, whose boxes meet the rays' common box).
 
+use super::ray_stream::RayOctets;
 use crate::bvh::{ChildRef, WideBvh, WideNode};
 use crate::intersect::aabb::REACH;
 use crate::simd::{F32x8, LaneMask, Lanes, Mask8, NATIVE, Native};
 use crate::traverse::counters::Counters;
-use crate::traverse::single_ray::RaySource;
 use std::ops::Range;
 
 /// Box around segments: lower and upper corner.
@@ -24,7 +24,7 @@ const END_PADDING: f32 = REACH - 1.0;
 impl SegmentBox {
     /// The box around the rays of the given packets, from their origins to their limits; none if it
     /// is not finite.
-    pub(super) fn around(rays: &impl RaySource, packets: Range<usize>) -> Option<SegmentBox> {
+    pub(super) fn around(rays: &impl RayOctets, packets: Range<usize>) -> Option<SegmentBox> {
         let infinity = F32x8::splat(f32::INFINITY);
         let (mut low, mut high) = ([infinity; 3], [-infinity; 3]);
         // A minimum would drop a NaN.

@@ -29,10 +29,11 @@ use crate::isa;
 use crate::packet::{HitPacket, NO_PRIM, RayPacket, RayQueue, packets_for};
 use crate::simd::{F32x8, LANES, LaneMask, Lanes, Mask8, NATIVE, Native, Vec3x8};
 use entry_node::{EntryNode, ROOT, SegmentBox};
-pub(crate) use one_ray::{OneHit, OneRay};
+pub(crate) use one_ray::OneRay;
 use phalanx_scene::ForkSafeOnce;
+pub(crate) use ray_state::OneHit;
 use ray_state::RayState;
-pub(crate) use ray_stream::RaySource;
+pub(crate) use ray_stream::RayOctets;
 use ray_stream::{QueueRays, RayStream};
 use single_query::{LoneLeaf, SingleAny, SingleClosest, SingleEvery, SingleFiltered, SingleQuery};
 use std::ops::Range;
@@ -107,7 +108,7 @@ impl<'a, T: Counters> SingleRays<'a, T> {
     fn trace<S: SingleQuery>(
         &mut self,
         query: S,
-        mut source: RayStream<'_, impl RaySource, impl Iterator<Item = usize>>,
+        mut source: RayStream<'_, impl RayOctets, impl Iterator<Item = usize>>,
         mut done: impl FnMut(&RayState),
     ) {
         // Rays that have continued to their next row, and those of them for which it is a leaf.
@@ -179,7 +180,7 @@ impl<'a, T: Counters> SingleRays<'a, T> {
     }
 
     /// Code of the node where rays that end begin; none if they hit nothing.
-    fn root_of_short(&mut self, rays: &impl RaySource, packets: &Range<usize>) -> Option<u32> {
+    fn root_of_short(&mut self, rays: &impl RayOctets, packets: &Range<usize>) -> Option<u32> {
         if packets.len() < MIN_ENTRY_PACKETS || rays.limit(packets.start * LANES) == f32::INFINITY {
             return Some(ROOT);
         }
@@ -231,7 +232,7 @@ impl SingleRays<'_> {
     #[inline(never)]
     pub(crate) fn closest_of(
         &mut self,
-        (rays, count): (&impl RaySource, usize),
+        (rays, count): (&impl RayOctets, usize),
         done: &mut dyn FnMut(usize, OneHit),
     ) {
         let source = RayStream::new(rays, 0..packets_for(count), ROOT);
@@ -245,7 +246,7 @@ impl SingleRays<'_> {
 
     /// Sets the flags of rays that hit anything.
     #[inline(never)]
-    pub(crate) fn occluded_of(&mut self, rays: &impl RaySource, blocked: &mut [bool]) {
+    pub(crate) fn occluded_of(&mut self, rays: &impl RayOctets, blocked: &mut [bool]) {
         blocked.fill(false);
         let packets = 0..packets_for(blocked.len());
         let Some(root) = self.root_of_short(rays, &packets) else {

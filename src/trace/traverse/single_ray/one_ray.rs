@@ -6,8 +6,8 @@
 //! are popped, which is cheaper for one ray than [`WideStack::prune`]
 //! (`perf/notes/single-rays.md`, one ray a call).
 
-use super::ray_state::{RayState, SingleHit, SingleRaySetup, row_offset};
-use super::ray_stream::{RaySource, ready};
+use super::ray_state::{OneHit, RayState, SingleHit, SingleRaySetup, row_offset};
+use super::ray_stream::{RayOctets, ready};
 use super::single_query::{SingleAny, SingleClosest, SingleFiltered, SingleQuery};
 use super::{ROOT, children_met, push_children, stack_room, test_block, test_other};
 use crate::bvh::{Bvh, ChildRef, OtherLeaf, WideBvh};
@@ -26,28 +26,6 @@ pub(crate) struct OneRay<'a> {
     bvh: &'a Bvh,
     wide: &'a WideBvh,
     stack: ThreadStack,
-}
-
-/// Distance, barycentric weights and number of a hit, the last [`NO_PRIM`] for none. These sixteen
-/// bytes are returned in two registers; an `Option` would be stored by floats and loaded by wider
-/// words, which waits for the stores, fifteen cycles each time.
-#[derive(Clone, Copy)]
-pub(crate) struct OneHit {
-    weights: [f32; 3],
-    prim_id: u32,
-}
-
-impl OneHit {
-    #[inline(always)]
-    pub(super) fn below(tmax: f32, best: &SingleHit) -> OneHit {
-        let (weights, prim_id) = best.below(tmax).unwrap_or(([0.0; 3], NO_PRIM));
-        OneHit { weights, prim_id }
-    }
-
-    #[inline(always)]
-    pub(crate) fn found(self) -> Option<([f32; 3], u32)> {
-        (self.prim_id != NO_PRIM).then_some((self.weights, self.prim_id))
-    }
 }
 
 impl<'a> OneRay<'a> {
@@ -90,7 +68,7 @@ impl<'a> OneRay<'a> {
     #[inline(never)]
     pub(crate) fn packet_closest(
         &mut self,
-        (rays, packet): (&impl RaySource, usize),
+        (rays, packet): (&impl RayOctets, usize),
         done: &mut dyn FnMut(usize, OneHit),
     ) {
         self.each_of(SingleClosest, (rays, packet), |number, tmax, best| {
@@ -102,7 +80,7 @@ impl<'a> OneRay<'a> {
     #[inline(never)]
     pub(crate) fn packet_occluded(
         &mut self,
-        (rays, packet): (&impl RaySource, usize),
+        (rays, packet): (&impl RayOctets, usize),
         blocked: &mut [bool],
     ) {
         self.each_of(SingleAny, (rays, packet), |number, _, best| {
@@ -114,7 +92,7 @@ impl<'a> OneRay<'a> {
     fn each_of<S: SingleQuery>(
         &mut self,
         query: S,
-        (rays, packet): (&impl RaySource, usize),
+        (rays, packet): (&impl RayOctets, usize),
         mut done: impl FnMut(usize, f32, &SingleHit),
     ) {
         let (octet, active) = rays.packet(packet);

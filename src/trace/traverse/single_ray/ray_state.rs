@@ -266,3 +266,25 @@ impl SingleHit {
         }
     }
 }
+
+/// Distance, barycentric weights and number of a hit, the last [`NO_PRIM`] for none. These sixteen
+/// bytes are returned in two registers; an `Option` would be stored by floats and loaded by wider
+/// words, which waits for the stores, fifteen cycles each time.
+#[derive(Clone, Copy)]
+pub(crate) struct OneHit {
+    weights: [f32; 3],
+    prim_id: u32,
+}
+
+impl OneHit {
+    #[inline(always)]
+    pub(super) fn below(tmax: f32, best: &SingleHit) -> OneHit {
+        let (weights, prim_id) = best.below(tmax).unwrap_or(([0.0; 3], NO_PRIM));
+        OneHit { weights, prim_id }
+    }
+
+    #[inline(always)]
+    pub(crate) fn found(self) -> Option<([f32; 3], u32)> {
+        (self.prim_id != NO_PRIM).then_some((self.weights, self.prim_id))
+    }
+}

@@ -9,7 +9,7 @@ use crate::traverse::counters::Counters;
 use bytemuck::Zeroable;
 
 /// Rays that a stream reads in packets.
-pub(crate) trait RaySource {
+pub(crate) trait RayOctets {
     /// The rays of a packet, and the lanes to be traced.
     fn packet(&self, packet: usize) -> (RayPacket<F32x8>, Mask8);
 
@@ -23,7 +23,7 @@ pub(super) struct QueueRays<'q, 'a> {
     pub(super) tmax: f32,
 }
 
-impl RaySource for QueueRays<'_, '_> {
+impl RayOctets for QueueRays<'_, '_> {
     #[inline(always)]
     fn packet(&self, packet: usize) -> (RayPacket<F32x8>, Mask8) {
         self.rays.packet(packet, self.tmax)
@@ -48,7 +48,7 @@ pub(super) struct RayStream<'s, S, I> {
     packet: usize,
 }
 
-impl<'s, S: RaySource, I: Iterator<Item = usize>> RayStream<'s, S, I> {
+impl<'s, S: RayOctets, I: Iterator<Item = usize>> RayStream<'s, S, I> {
     pub(super) fn new(rays: &'s S, packets: I, root: u32) -> RayStream<'s, S, I> {
         RayStream {
             rays,
