@@ -8,8 +8,7 @@ use crate::status::{ApiError, PhxStatus, answer, guarded};
 use crate::table::{HandleTable, Opaque};
 use crate::tree::TREES;
 use phalanx::{
-    AcceptHit, BatchError, BatchFilter, Hit, HitLists, NO_PRIM, PerRay, Ray, RayBatch, RayBuffer,
-    RayColumns, RayRows,
+    AcceptHit, BatchError, BatchFilter, Hit, HitLists, NO_PRIM, PerRay, RayBatch, RayRows,
 };
 use std::borrow::Cow;
 use std::ffi::c_void;
@@ -55,7 +54,7 @@ impl PhxRays {
         &self,
         tmax: PerRay<'r, f32>,
         outputs: &WrittenRows,
-        copies: &'r mut RayBuffer,
+        copies: &'r mut Vec<[[f32; 3]; 2]>,
     ) -> Result<RayBatch<'r>, ApiError> {
         let origins = self.origin.check::<[f32; 3]>("origin", self.count)?;
         let directions = self.direction.check::<[f32; 3]>("direction", self.count)?;
@@ -66,16 +65,15 @@ impl PhxRays {
             || outputs.overlap(&origins)
             || outputs.overlap(&directions)
         {
-            *copies = RayBuffer::with_capacity(self.count);
-            for k in 0..self.count {
-                // SAFETY: checked, and the caller's.
-                let [origin, direction]: [[f32; 3]; 2] =
-                    unsafe { [self.origin.get(k), self.direction.get(k)] };
-                copies.push(&Ray::new(origin, direction));
-            }
-            return Ok(RayBatch::InColumns(RayColumns {
+            // SAFETY: checked, and the caller's.
+            let ray = |k| unsafe { [self.origin.get(k), self.direction.get(k)] };
+            *copies = (0..self.count).map(ray).collect();
+            let numbers = copies.as_flattened().as_flattened();
+            return Ok(RayBatch::InRows(RayRows {
+                origin: &numbers[..numbers.len().saturating_sub(3)],
+                direction: numbers.get(3..).unwrap_or(&[]),
+                stride: 6,
                 tmax,
-                ..copies.columns()
             }));
         }
         // SAFETY: checked, the caller's, and no output overlaps it.
@@ -145,7 +143,7 @@ unsafe fn with_batch<T>(
     // SAFETY: the caller's.
     let batch = unsafe { structure_or_zeros(batch) }?;
     check_reserved(batch.reserved)?;
-    let (count, mut copies) = (rays.count, RayBuffer::default());
+    let (count, mut copies) = (rays.count, Vec::new());
     // SAFETY: the caller's.
     let (tmax, tnear, mask, ignore) = unsafe {
         (
@@ -182,7 +180,7 @@ pub unsafe extern "C" fn phx_intersect_batch(
         let bvh = &*TREES.get(tree)?.for_many()?;
         // SAFETY: the caller's.
         let (rays, hits) = unsafe { (structure(rays)?, structure(hits)?) };
-        let (count, mut outputs) = (rays.count, WrittenRows::default());
+        let (count, mut outputs) = (rays.count, WrittenRows::none());
         let columns = AnswerColumns::check(&hits, bvh, count, &mut outputs)?;
         let trace = |rays: RayBatch, filter: Option<BatchFilter>, threads: usize| {
             // SAFETY: the caller's, checked; each ray's rows are written once.
@@ -210,7 +208,7 @@ unsafe fn fill<T: Copy, A: Copy + Default + PartialEq + Into<T>>(
 ) -> Result<(), ApiError> {
     // SAFETY: the caller's.
     let rays = unsafe { structure(rays) }?;
-    let (count, mut outputs) = (rays.count, WrittenRows::default());
+    let (count, mut outputs) = (rays.count, WrittenRows::none());
     let column: Option<OutputColumn<T>> = column.check(name, count, misses, &mut outputs)?;
     let column = column.ok_or_else(|| ApiError::argument(format!("{name} is null")))?;
     // SAFETY: the caller's, checked.

@@ -42,7 +42,7 @@ impl PhxColumn {
         }
         let (data, stride) = (self.data.cast_const(), self.stride);
         let rows = PhxRows { data, stride };
-        outputs.0.push((name, rows.check::<T>(name, count)?));
+        outputs.push(name, rows.check::<T>(name, count)?);
         check_reserved(self.reserved)?;
         if count > 1 && stride == 0 {
             let words = format!("{name} has a stride of 0: rows would overlap");

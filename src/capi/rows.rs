@@ -47,23 +47,51 @@ impl RowSpan {
     }
 }
 
-/// Rows that a call writes, by name.
-#[derive(Default)]
-pub struct WrittenRows(pub Vec<(&'static str, RowSpan)>);
+/// Most columns that a call writes.
+const MAX_WRITTEN: usize = 8;
+
+/// Rows that a call writes, by name. Not on the heap, which a small batch would feel.
+pub struct WrittenRows {
+    rows: [(&'static str, RowSpan); MAX_WRITTEN],
+    count: usize,
+}
 
 impl WrittenRows {
-    pub const NONE: &WrittenRows = &WrittenRows(Vec::new());
+    pub const NONE: &WrittenRows = &WrittenRows::none();
+
+    pub const fn none() -> WrittenRows {
+        let nowhere = RowSpan {
+            start: 0,
+            bytes: 0,
+            stride: 0,
+            row: 0,
+        };
+        WrittenRows {
+            rows: [("", nowhere); MAX_WRITTEN],
+            count: 0,
+        }
+    }
+
+    pub fn push(&mut self, name: &'static str, rows: RowSpan) {
+        self.rows[self.count] = (name, rows);
+        self.count += 1;
+    }
+
+    fn all(&self) -> &[(&'static str, RowSpan)] {
+        &self.rows[..self.count]
+    }
 
     /// Returns true if any of them shares memory with rows that are read.
     pub fn overlap(&self, rows: &RowSpan) -> bool {
-        self.0.iter().any(|(_, output)| output.overlaps(rows))
+        self.all().iter().any(|(_, output)| output.overlaps(rows))
     }
 
     /// Checks that no two of them share bytes.
     pub fn check_apart(&self) -> Result<(), ApiError> {
-        for (k, (a, first)) in self.0.iter().enumerate() {
+        let all = self.all();
+        for (k, (a, first)) in all.iter().enumerate() {
             let collides = |(_, second): &&(_, RowSpan)| first.collides(second);
-            if let Some((b, _)) = self.0[..k].iter().find(collides) {
+            if let Some((b, _)) = all[..k].iter().find(collides) {
                 let words = format!("the outputs {b} and {a} overlap");
                 return Err(ApiError::argument(words));
             }

@@ -31,6 +31,7 @@ mod refusals;
 mod regressions;
 mod same_tree;
 mod sampling;
+mod small_batches;
 mod systems;
 mod terminator;
 mod textures;

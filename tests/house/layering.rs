@@ -107,7 +107,7 @@ const ROOMS: [(&str, &[&str], &str); 18] = [
     ),
     (
         "trace/cast",
-        &["simd", "packet", "bvh", "traverse"],
+        &["simd", "packet", "prefetch", "bvh", "traverse"],
         "what embedders call: columns to packets and back, and no kernels of its own",
     ),
     (

@@ -4,20 +4,16 @@ use super::columns::same_length;
 use super::hit_lists::HitLists;
 use super::rows::TransposedRays;
 use super::scan_order::ScanOrder;
+use super::small_batch::{self, FEW};
 use super::worker::{RowNumbers, Worker};
-use super::{BatchError, Hit, HitColumns, Ray, RayBatch, RayColumns};
+use super::{BatchError, Hit, HitColumns, RayBatch, RayColumns};
 use crate::bvh::Bvh;
 use crate::traverse::Kernel;
-use crate::traverse::single_ray::OneRay;
 use std::sync::{Mutex, PoisonError};
 
 /// Rays that a worker takes at once: several beams, and few enough that rays and hits stay in the
 /// second-level cache.
 const CHUNK: usize = 2048;
-
-/// Maximum number of rays that are traced one after another, as by single calls: filling packets
-/// and making the memory of a kernel would take longer (`perf/notes/calls.md`).
-const FEW: usize = 16;
 
 /// Weight of rays of earlier batches in the decision to build the wide tree: a tree that is queried
 /// again will be queried more. Incoherent rays pay for it with half a ray per primitive.
@@ -76,11 +72,8 @@ impl Bvh {
     ) -> Result<(), BatchError> {
         rays.check()?;
         hits.check(rays.len())?;
-        if are_few(&rays, rays.tmax().common() == Some(f32::INFINITY)) {
-            let mut kernel = OneRay::new(self);
-            each_ray(&rays, |k, ray| {
-                hits.put(k, self.closest_by(&mut kernel, ray))
-            });
+        if is_small(self, &rays) {
+            small_batch::closest(self, &rays, |k, hit| hits.put(k, hit));
             return Ok(());
         }
         let order = scan_order(&rays);
@@ -123,9 +116,8 @@ impl Bvh {
     ) -> Result<(), BatchError> {
         let rays = rays.into();
         rays.check()?;
-        if are_few(&rays, rays.tmax().common() == Some(f32::INFINITY)) {
-            let mut kernel = OneRay::new(self);
-            each_ray(&rays, |k, ray| put(k, self.closest_by(&mut kernel, ray)));
+        if is_small(self, &rays) {
+            small_batch::closest(self, &rays, &put);
             return Ok(());
         }
         let order = scan_order(&rays);
@@ -182,11 +174,8 @@ impl Bvh {
     ) -> Result<(), BatchError> {
         rays.check()?;
         same_length("blocked", blocked.len(), rays.len())?;
-        if are_few(&rays, rays.tmax().common().is_some()) {
-            let mut kernel = OneRay::new(self);
-            each_ray(&rays, |k, ray| {
-                blocked[k] = self.occluded_by(&mut kernel, ray)
-            });
+        if is_small(self, &rays) {
+            small_batch::occluded(self, &rays, blocked);
             return Ok(());
         }
         let order = scan_order(&rays);
@@ -319,25 +308,10 @@ fn chunk_of(order: &Option<ScanOrder>) -> usize {
     order.as_ref().map_or(CHUNK, ScanOrder::band)
 }
 
-/// Returns true if rays are traced one after another: a few, or a small batch whose limits only
-/// packets take, if they do not have one that single rays take.
-fn are_few(rays: &RayBatch, has_single_limit: bool) -> bool {
-    rays.len() <= FEW || (rays.len() <= SMALL && !has_single_limit)
-}
-
-/// Passes `trace` each ray and its number. Rays are gathered ahead: a ray that has just been stored
-/// number by number cannot be loaded in vectors yet.
-fn each_ray(rays: &RayBatch, mut trace: impl FnMut(usize, &Ray)) {
-    let mut gathered = [Ray::new([0.0; 3], [0.0; 3]); FEW];
-    for first in (0..rays.len()).step_by(FEW) {
-        let count = FEW.min(rays.len() - first);
-        for (k, ray) in gathered[..count].iter_mut().enumerate() {
-            *ray = rays.ray(first + k);
-        }
-        for (k, ray) in gathered[..count].iter().enumerate() {
-            trace(first + k, ray);
-        }
-    }
+/// Returns true if rays are traced singly: if their batch is small, and not within instances, where
+/// single rays are packets of one; a few rays are in any case.
+fn is_small(bvh: &Bvh, rays: &RayBatch) -> bool {
+    rays.len() <= FEW || (rays.len() <= SMALL && bvh.leaf_prims().instances.is_empty())
 }
 
 /// Kernel for a batch of `count` rays. For small batches single rays are the fastest, but for

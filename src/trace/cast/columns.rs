@@ -16,9 +16,10 @@ pub enum PerRay<'a, T> {
 /// Farthest distances of a batch, in units of each ray's direction. Hits count below them; infinity
 /// if rays have no end.
 ///
-/// One for all is the fast case: all kernels are available, except for closest hits below a finite
-/// distance, which only packets find. If neighbours differ, only packets are available, so coherent
-/// rays are slower; this does not apply if all rays end at 1 (see [`Ray::segment`]).
+/// One for all is the fast case in batches of more than 512 rays: all kernels are available, except
+/// for closest hits below a finite distance, which only packets find. If neighbours differ, only
+/// packets are available, so coherent rays are slower; this does not apply if all rays end at 1
+/// (see [`Ray::segment`]).
 ///
 /// ```
 /// # mod phalanx { pub use {phalanx_scene::*, phalanx_trace::*, phalanx_trace::bvh::*}; }

@@ -9,6 +9,7 @@
 //! | `scan_order` | pictures in scan order, traced in blocks |
 //! | `hit_lists` | all hits of each ray |
 //! | `batch` | chunks and threads |
+//! | `small_batch` | single rays, from and to the caller's memory |
 //! | `worker` | packets of a thread |
 //! | `filter` | rays that choose what they hit |
 //! | `refine` | a hit in double precision |
@@ -26,6 +27,7 @@ mod hit_lists;
 mod refine;
 mod rows;
 mod scan_order;
+mod small_batch;
 mod worker;
 
 pub use filter::{AcceptHit, BatchFilter, RayFilter};

@@ -312,13 +312,13 @@ fn push_able(
 }
 
 /// Fewer than eight numbers, padded with the last one.
-fn repeat_last(numbers: &[f32]) -> [f32; LANES] {
+pub(super) fn repeat_last(numbers: &[f32]) -> [f32; LANES] {
     std::array::from_fn(|lane| numbers[lane.min(numbers.len() - 1)])
 }
 
 /// Lanes (as bits) of rays that can hit something; see [`RayColumns`].
 #[inline(always)]
-fn able_lanes(org: Octets, dir: Octets, tmax: &[f32; LANES]) -> u8 {
+pub(super) fn able_lanes(org: Octets, dir: Octets, tmax: &[f32; LANES]) -> u8 {
     // 0 for a finite number, else NaN.
     let residue = |x: &[f32; LANES]| F32x8::new(*x) * F32x8::ZERO;
     let sum = |[x, y, z]: Octets| residue(x) + residue(y) + residue(z);

@@ -11,6 +11,8 @@
 
 #[path = "../rays.rs"]
 mod rays;
+#[path = "../shadow.rs"]
+mod shadow;
 #[path = "../turns.rs"]
 mod turns;
 
@@ -30,6 +32,7 @@ use phalanx_c::scene::PhxMesh;
 use phalanx_c::status::PhxStatus;
 use phalanx_c::table::Opaque;
 use phalanx_c::tree::PhxBuildSettings;
+use shadow::shadow_rays;
 use std::error::Error;
 use std::ffi::{c_int, c_void};
 use std::path::Path;
@@ -291,21 +294,6 @@ fn main() -> Result<(), Box<dyn Error>> {
         measure((rays.len(), rounds), casts);
     }
     Ok(())
-}
-
-/// Rays from where the camera's hit to points above the scene, which they end at.
-fn shadow_rays(scene: &Scene, bvh: &Bvh, camera: &[Ray]) -> Vec<Ray> {
-    let bounds = scene.bounds();
-    let size = bounds.hi - bounds.lo;
-    let light = bounds.lo + size * rays::glam(0.7, 1.5, 0.6);
-    let from = camera
-        .iter()
-        .filter_map(|ray| rays::surface((scene, size.length()), bvh, ray));
-    from.map(|(point, _)| Ray {
-        tmax: 1.0,
-        ..Ray::new(point, light - point)
-    })
-    .collect()
 }
 
 /// Asserts that no bit of C's answers differs, of single rays and of batches.

@@ -3,9 +3,9 @@
 //! Algorithm", 2005, whose entry point is one node for a frustum; here it is a node made of the
 //! children, of any level, whose boxes meet the rays' common box).
 
+use super::ray_stream::RayOctets;
 use crate::bvh::{ChildRef, WideBvh, WideNode};
 use crate::intersect::aabb::REACH;
-use crate::packet::RayQueue;
 use crate::simd::{F32x8, LaneMask, Lanes, Mask8, NATIVE, Native};
 use crate::traverse::counters::Counters;
 use std::ops::Range;
@@ -22,16 +22,16 @@ const PADDING: f32 = 1e-5;
 const END_PADDING: f32 = REACH - 1.0;
 
 impl SegmentBox {
-    /// The box around the rays of the given packets, from their origins to `tmax`; none if it is
-    /// not finite.
-    pub(super) fn around(rays: &RayQueue, packets: Range<usize>, tmax: f32) -> Option<SegmentBox> {
-        let (infinity, tmax) = (F32x8::splat(f32::INFINITY), F32x8::splat(tmax));
+    /// The box around the rays of the given packets, from their origins to their limits; none if it
+    /// is not finite.
+    pub(super) fn around(rays: &impl RayOctets, packets: Range<usize>) -> Option<SegmentBox> {
+        let infinity = F32x8::splat(f32::INFINITY);
         let (mut low, mut high) = ([infinity; 3], [-infinity; 3]);
         // A minimum would drop a NaN.
         let mut finite = Mask8::splat(true);
         for packet in packets {
-            let (rays, active) = rays.packet::<F32x8>(packet, 0.0);
-            let (org, dir) = (rays.org, rays.dir);
+            let (rays, active) = rays.packet(packet);
+            let (org, dir, tmax) = (rays.org, rays.dir, rays.tmax);
             let ways = [(org.x, dir.x), (org.y, dir.y), (org.z, dir.z)];
             for (axis, (start, along)) in ways.into_iter().enumerate() {
                 let end = start + along * tmax;
@@ -155,7 +155,9 @@ impl EntryNode {
 mod tests {
     use super::*;
     use crate::bvh::Bvh;
+    use crate::packet::RayQueue;
     use crate::traverse::counters::PacketCount;
+    use crate::traverse::single_ray::ray_stream::QueueRays;
     use bumpalo::Bump;
     use glam::Vec3;
     use phalanx_scene::Scene;
@@ -176,7 +178,8 @@ mod tests {
         for &(org, dir) in rays {
             queue.push_ray(org, dir);
         }
-        SegmentBox::around(&queue, 0..rays.len().div_ceil(8), tmax)
+        let source = QueueRays { rays: &queue, tmax };
+        SegmentBox::around(&source, 0..rays.len().div_ceil(8))
     }
 
     #[test]

@@ -26,13 +26,15 @@ use super::wide_stack::{ThreadStack, WideStack};
 use crate::bvh::{Bvh, ChildRef, LeafKind, OtherLeaf, WideBvh, WideNode};
 use crate::intersect::ray_setup::RaySetup;
 use crate::isa;
-use crate::packet::{HitPacket, NO_PRIM, RayPacket, RayQueue};
+use crate::packet::{HitPacket, NO_PRIM, RayPacket, RayQueue, packets_for};
 use crate::simd::{F32x8, LANES, LaneMask, Lanes, Mask8, NATIVE, Native, Vec3x8};
 use entry_node::{EntryNode, ROOT, SegmentBox};
 pub(crate) use one_ray::OneRay;
 use phalanx_scene::ForkSafeOnce;
+pub(crate) use ray_state::OneHit;
 use ray_state::RayState;
-use ray_stream::RayStream;
+pub(crate) use ray_stream::RayOctets;
+use ray_stream::{QueueRays, RayStream};
 use single_query::{LoneLeaf, SingleAny, SingleClosest, SingleEvery, SingleFiltered, SingleQuery};
 use std::ops::Range;
 
@@ -68,32 +70,35 @@ fn stack_room(wide: &WideBvh) -> usize {
 }
 
 /// Traces single rays of a queue, and counts by `T`.
-pub(super) struct SingleRays<'a, T = PacketCount> {
+pub(crate) struct SingleRays<'a, T = PacketCount> {
+    bvh: &'a Bvh,
     wide: &'a WideBvh,
     rows: PrefetchTable,
-    /// Packet kernel for primitives without blocks.
-    packets: PacketKernel<'a, F32x8, T>,
-    states: [RayState; MAX_IN_FLIGHT],
+    /// Packet kernel for primitives without blocks, once one was met: most scenes lack them.
+    packets: Option<PacketKernel<'a, F32x8, T>>,
     rays_in_flight: usize,
-    /// A stack for each ray state, one after the other.
+    /// A stack for each ray in flight, one after the other.
     stacks: ThreadStack,
+    /// Entries of each stack.
+    room: usize,
     /// The root of short rays.
     entry: EntryNode,
     counters: T,
 }
 
 impl<'a, T: Counters> SingleRays<'a, T> {
-    pub(super) fn new(bvh: &'a Bvh) -> SingleRays<'a, T> {
+    #[inline(always)]
+    pub(crate) fn new(bvh: &'a Bvh) -> SingleRays<'a, T> {
         let wide = bvh.wide();
         let room = stack_room(wide);
-        let state = |k: usize| RayState::idle(k * room);
         SingleRays {
+            bvh,
             wide,
             rows: PrefetchTable::of(wide),
-            packets: PacketKernel::counting(bvh),
-            states: std::array::from_fn(state),
+            packets: None,
             rays_in_flight: rays_in_flight(),
             stacks: ThreadStack::with_room(room * MAX_IN_FLIGHT),
+            room,
             entry: EntryNode::new(),
             counters: T::default(),
         }
@@ -103,15 +108,18 @@ impl<'a, T: Counters> SingleRays<'a, T> {
     fn trace<S: SingleQuery>(
         &mut self,
         query: S,
-        mut source: RayStream<'_, '_, impl Iterator<Item = usize>>,
+        mut source: RayStream<'_, impl RayOctets, impl Iterator<Item = usize>>,
         mut done: impl FnMut(&RayState),
     ) {
         // Rays that have continued to their next row, and those of them for which it is a leaf.
         let (mut waiting, mut at_leaves) = (RayMask::EMPTY, RayMask::EMPTY);
-        for k in 0..self.rays_in_flight {
-            if source.next(&mut self.states[k], &mut self.counters) {
-                waiting.insert_if(k, true);
+        let mut states = [RayState::IDLE; MAX_IN_FLIGHT];
+        for (k, state) in states[..self.rays_in_flight].iter_mut().enumerate() {
+            state.bottom = k * self.room;
+            if !source.next(state, &mut self.counters) {
+                break;
             }
+            waiting.insert_if(k, true);
         }
         let (mut nodes, mut leaves) = (RayMask::EMPTY, RayMask::EMPTY);
         // Rays whose turn is over but that have not continued yet, in order.
@@ -123,11 +131,11 @@ impl<'a, T: Counters> SingleRays<'a, T> {
             }
             let turn = if !nodes.is_empty() {
                 let k = nodes.take();
-                self.visit_node::<S>(k);
+                self.visit_node::<S>(&mut states[k]);
                 k
             } else if !leaves.is_empty() {
                 let k = leaves.take();
-                self.leaf(query, k);
+                self.leaf(query, &mut states[k]);
                 k
             } else if behind == [NO_RAY; PIPELINE_DELAY] {
                 break;
@@ -140,13 +148,14 @@ impl<'a, T: Counters> SingleRays<'a, T> {
             if k == NO_RAY {
                 continue;
             }
-            if !self.pop(k) {
-                done(&self.states[k]);
-                if !source.next(&mut self.states[k], &mut self.counters) {
+            let state = &mut states[k];
+            if !self.pop(state) {
+                done(state);
+                if !source.next(state, &mut self.counters) {
                     continue;
                 }
             }
-            let leaf = !matches!(ChildRef::of_code(self.states[k].current), ChildRef::Node(_));
+            let leaf = !matches!(ChildRef::of_code(state.current), ChildRef::Node(_));
             waiting.insert_if(k, true);
             at_leaves.insert_if(k, leaf);
         }
@@ -154,8 +163,7 @@ impl<'a, T: Counters> SingleRays<'a, T> {
 
     /// Pushes the hit children of the ray's current node.
     #[inline(always)]
-    fn visit_node<S: SingleQuery>(&mut self, k: usize) {
-        let state = &mut self.states[k];
+    fn visit_node<S: SingleQuery>(&mut self, state: &mut RayState) {
         self.counters.wide_node(NATIVE as u64);
         let node = if !S::FRONT_TO_BACK && state.current == ChildRef::ELSEWHERE {
             &self.entry.node
@@ -171,12 +179,12 @@ impl<'a, T: Counters> SingleRays<'a, T> {
         unsafe { push_children::<S>(state, node, children_met(state, node), &mut self.stacks.0) };
     }
 
-    /// Code of the node where rays that end at `tmax` begin; none if they hit nothing.
-    fn root_of_short(&mut self, rays: &RayQueue, packets: &Range<usize>, tmax: f32) -> Option<u32> {
-        if packets.len() < MIN_ENTRY_PACKETS || tmax == f32::INFINITY {
+    /// Code of the node where rays that end begin; none if they hit nothing.
+    fn root_of_short(&mut self, rays: &impl RayOctets, packets: &Range<usize>) -> Option<u32> {
+        if packets.len() < MIN_ENTRY_PACKETS || rays.limit(packets.start * LANES) == f32::INFINITY {
             return Some(ROOT);
         }
-        match SegmentBox::around(rays, packets.clone(), tmax) {
+        match SegmentBox::around(rays, packets.clone()) {
             Some(bounds) => (self.entry).gather(self.wide, &bounds, &mut self.counters),
             None => Some(ROOT),
         }
@@ -184,8 +192,7 @@ impl<'a, T: Counters> SingleRays<'a, T> {
 
     /// Pops the next entry; returns false if there is none.
     #[inline(always)]
-    fn pop(&mut self, k: usize) -> bool {
-        let state = &mut self.states[k];
+    fn pop(&mut self, state: &mut RayState) -> bool {
         if state.top == state.bottom {
             return false;
         }
@@ -198,23 +205,57 @@ impl<'a, T: Counters> SingleRays<'a, T> {
     }
 
     #[inline(always)]
-    fn leaf(&mut self, query: impl SingleQuery, k: usize) {
-        let state = &mut self.states[k];
+    fn leaf(&mut self, query: impl SingleQuery, state: &mut RayState) {
         let closer = match ChildRef::of_code(state.current) {
-            ChildRef::Other(index) => self.other(query, k, index),
+            ChildRef::Other(index) => self.other(query, state, index),
             block => test_block(query, state, self.wide, block, &mut self.counters),
         };
         if closer {
-            let state = &mut self.states[k];
             let stack = state.bottom..state.top;
             state.top = self.stacks.0.prune(stack, state.best.reach());
         }
     }
 
     #[inline(never)]
-    fn other(&mut self, query: impl SingleQuery, k: usize, index: u32) -> bool {
+    fn other(&mut self, query: impl SingleQuery, state: &mut RayState, index: u32) -> bool {
         let leaf = self.wide.others()[index as usize];
-        test_other(query, &mut self.states[k], &mut self.packets, leaf)
+        let packets = self
+            .packets
+            .get_or_insert_with(|| PacketKernel::counting(self.bvh));
+        test_other(query, state, packets, leaf)
+    }
+}
+
+/// Rays of the caller's, without a queue.
+impl SingleRays<'_> {
+    /// Passes on the number of each ray that is traced, and its closest hit.
+    #[inline(never)]
+    pub(crate) fn closest_of(
+        &mut self,
+        (rays, count): (&impl RayOctets, usize),
+        done: &mut dyn FnMut(usize, OneHit),
+    ) {
+        let source = RayStream::new(rays, 0..packets_for(count), ROOT);
+        self.trace(SingleClosest, source, |state| {
+            done(
+                state.number,
+                OneHit::below(rays.limit(state.number), &state.best),
+            );
+        });
+    }
+
+    /// Sets the flags of rays that hit anything.
+    #[inline(never)]
+    pub(crate) fn occluded_of(&mut self, rays: &impl RayOctets, blocked: &mut [bool]) {
+        blocked.fill(false);
+        let packets = 0..packets_for(blocked.len());
+        let Some(root) = self.root_of_short(rays, &packets) else {
+            return;
+        };
+        let source = RayStream::new(rays, packets, root);
+        self.trace(SingleAny, source, |state| {
+            blocked[state.number] = state.best.prim_id != NO_PRIM;
+        });
     }
 }
 
@@ -336,7 +377,8 @@ impl<'a> FilteredRays<'a> {
         filter: &HitFilter,
         done: &mut dyn FnMut(usize, Option<([f32; 3], u32)>),
     ) {
-        let source = RayStream::new(rays, 0..rays.packets(), tmax, ROOT);
+        let queue = QueueRays { rays, tmax };
+        let source = RayStream::new(&queue, 0..rays.packets(), ROOT);
         self.0.trace(SingleFiltered(filter), source, |state| {
             done(state.number, state.best.below(tmax));
         });
@@ -350,7 +392,11 @@ impl<T: Counters> QueueKernel<T> for SingleRays<'_, T> {
             hits[packet - first] = HitPacket::miss();
         }
         let start = first * LANES;
-        let source = RayStream::new(rays, slice.each(), f32::INFINITY, ROOT);
+        let queue = QueueRays {
+            rays,
+            tmax: f32::INFINITY,
+        };
+        let source = RayStream::new(&queue, slice.each(), ROOT);
         self.trace(SingleClosest, source, |state| {
             if let Some((weights, prim_id)) = state.best.below(f32::INFINITY) {
                 let row = state.number - start;
@@ -368,10 +414,11 @@ impl<T: Counters> QueueKernel<T> for SingleRays<'_, T> {
         } = batch;
         blocked.fill(0);
         let start = packets.start * LANES;
-        let Some(root) = self.root_of_short(rays, &packets, tmax) else {
+        let queue = QueueRays { rays, tmax };
+        let Some(root) = self.root_of_short(&queue, &packets) else {
             return true;
         };
-        let source = RayStream::new(rays, packets, tmax, root);
+        let source = RayStream::new(&queue, packets, root);
         self.trace(SingleAny, source, |state| {
             let row = state.number - start;
             blocked[row / LANES] |= u8::from(state.best.prim_id != NO_PRIM) << (row % LANES);
@@ -392,14 +439,17 @@ impl<T: Counters> QueueKernel<T> for SingleRays<'_, T> {
         let TMaxOf::All(tmax) = tmax else {
             return false;
         };
-        let source = RayStream::new(rays, slice.each(), tmax, ROOT);
+        let queue = QueueRays { rays, tmax };
+        let source = RayStream::new(&queue, slice.each(), ROOT);
         self.trace(SingleEvery(hit_list), source, |_| {});
         true
     }
 
     fn counters(&self) -> T {
         let mut work = self.counters;
-        work.add(&self.packets.counters);
+        if let Some(packets) = &self.packets {
+            work.add(&packets.counters);
+        }
         work
     }
 }

@@ -37,6 +37,22 @@ pub(super) struct SingleRaySetup {
     pub(super) up: u32,
 }
 
+impl SingleRaySetup {
+    const NONE: SingleRaySetup = SingleRaySetup {
+        rdir: [0.0; 3],
+        first: [0.0; 3],
+        last: [0.0; 3],
+        near: [0; 3],
+        far: [0; 3],
+        axes: [0; 3],
+        frame_org: [0.0; 3],
+        slopes: [0.0; 4],
+        org: [0.0; 3],
+        dir: [0.0; 3],
+        up: 0,
+    };
+}
+
 /// Bytes of a row of planes.
 const ROW: usize = size_of::<[f32; NATIVE]>();
 
@@ -70,17 +86,15 @@ pub(super) struct SingleHit {
 }
 
 impl RayState {
-    /// A state without a ray, whose stack begins at `bottom`.
-    pub(super) fn idle(bottom: usize) -> RayState {
-        RayState {
-            ray: SingleRaySetup::zeroed(),
-            best: SingleHit::none_before(0.0),
-            bottom,
-            top: bottom,
-            current: 0,
-            number: 0,
-        }
-    }
+    /// A state without a ray.
+    pub(super) const IDLE: RayState = RayState {
+        ray: SingleRaySetup::NONE,
+        best: SingleHit::none_before(0.0),
+        bottom: 0,
+        top: 0,
+        current: 0,
+        number: 0,
+    };
 
     /// Returns true if the ray goes toward larger coordinates along an axis.
     #[inline(always)]
@@ -250,5 +264,27 @@ impl SingleHit {
             det: best.det.lane(0),
             prim_id: best.prim_id.lane(0),
         }
+    }
+}
+
+/// Distance, barycentric weights and number of a hit, the last [`NO_PRIM`] for none. These sixteen
+/// bytes are returned in two registers; an `Option` would be stored by floats and loaded by wider
+/// words, which waits for the stores, fifteen cycles each time.
+#[derive(Clone, Copy)]
+pub(crate) struct OneHit {
+    weights: [f32; 3],
+    prim_id: u32,
+}
+
+impl OneHit {
+    #[inline(always)]
+    pub(super) fn below(tmax: f32, best: &SingleHit) -> OneHit {
+        let (weights, prim_id) = best.below(tmax).unwrap_or(([0.0; 3], NO_PRIM));
+        OneHit { weights, prim_id }
+    }
+
+    #[inline(always)]
+    pub(crate) fn found(self) -> Option<([f32; 3], u32)> {
+        (self.prim_id != NO_PRIM).then_some((self.weights, self.prim_id))
     }
 }

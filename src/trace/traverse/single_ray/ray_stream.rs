@@ -1,4 +1,4 @@
-//! Single rays of a queue, one after another.
+//! Single rays from packets, one after another.
 
 use super::ray_state::{RayState, SingleHit, SingleRaySetup, row_offset};
 use crate::intersect::aabb::RaySlabs;
@@ -8,11 +8,37 @@ use crate::simd::{F32x8, LANES, LaneMask, LaneU32, Lanes, Mask8, U32x8, Vec3x8};
 use crate::traverse::counters::Counters;
 use bytemuck::Zeroable;
 
-/// Stream of a queue's rays, one after another; test data are computed packet by packet.
-pub(super) struct RayStream<'q, 'a, I> {
-    rays: &'q RayQueue<'a>,
+/// Rays that a stream reads in packets.
+pub(crate) trait RayOctets {
+    /// The rays of a packet, and the lanes to be traced.
+    fn packet(&self, packet: usize) -> (RayPacket<F32x8>, Mask8);
+
+    /// Distance from which on hits of a ray, by its number, do not count.
+    fn limit(&self, ray: usize) -> f32;
+}
+
+/// Rays of a queue that end at one distance.
+pub(super) struct QueueRays<'q, 'a> {
+    pub(super) rays: &'q RayQueue<'a>,
+    pub(super) tmax: f32,
+}
+
+impl RayOctets for QueueRays<'_, '_> {
+    #[inline(always)]
+    fn packet(&self, packet: usize) -> (RayPacket<F32x8>, Mask8) {
+        self.rays.packet(packet, self.tmax)
+    }
+
+    #[inline(always)]
+    fn limit(&self, _ray: usize) -> f32 {
+        self.tmax
+    }
+}
+
+/// Stream of rays, one after another; test data are computed packet by packet.
+pub(super) struct RayStream<'s, S, I> {
+    rays: &'s S,
     packets: I,
-    tmax: f32,
     /// Code of the node where rays begin.
     root: u32,
     /// Rays of the current packet, by lane.
@@ -22,17 +48,11 @@ pub(super) struct RayStream<'q, 'a, I> {
     packet: usize,
 }
 
-impl<'q, 'a, I: Iterator<Item = usize>> RayStream<'q, 'a, I> {
-    pub(super) fn new(
-        rays: &'q RayQueue<'a>,
-        packets: I,
-        tmax: f32,
-        root: u32,
-    ) -> RayStream<'q, 'a, I> {
+impl<'s, S: RayOctets, I: Iterator<Item = usize>> RayStream<'s, S, I> {
+    pub(super) fn new(rays: &'s S, packets: I, root: u32) -> RayStream<'s, S, I> {
         RayStream {
             rays,
             packets,
-            tmax,
             root,
             ready: [SingleRaySetup::zeroed(); LANES],
             left: 0,
@@ -50,13 +70,14 @@ impl<'q, 'a, I: Iterator<Item = usize>> RayStream<'q, 'a, I> {
         }
         let lane = self.left.trailing_zeros() as usize % LANES;
         self.left &= self.left - 1;
+        let number = self.packet * LANES + lane;
         *state = RayState {
             ray: self.ready[lane],
-            best: SingleHit::none_before(self.tmax),
+            best: SingleHit::none_before(self.rays.limit(number)),
             bottom: state.bottom,
             top: state.bottom,
             current: self.root,
-            number: self.packet * LANES + lane,
+            number,
         };
         true
     }
@@ -66,7 +87,7 @@ impl<'q, 'a, I: Iterator<Item = usize>> RayStream<'q, 'a, I> {
         let Some(packet) = self.packets.next() else {
             return false;
         };
-        let (rays, active) = self.rays.packet::<F32x8>(packet, self.tmax);
+        let (rays, active) = self.rays.packet(packet);
         work.begin(1, active.bits().count_ones());
         self.packet = packet;
         self.left = active.bits();
