@@ -57,9 +57,24 @@ fn gains_by_levels() -> bool {
 /// Folder of an inner crate: in the repository, or beside this one as Cargo unpacks and vendors.
 fn source_of(own: &Path, name: &str) -> Option<PathBuf> {
     let versioned = format!("../phalanx-{name}-{}", set("CARGO_PKG_VERSION"));
-    let places = [format!("../{name}"), versioned, format!("../phalanx-{name}")];
+    let places = [
+        format!("../{name}"),
+        versioned,
+        format!("../phalanx-{name}"),
+    ];
     let mut folders = places.iter().map(|place| own.join(place));
     folders.find(|folder| folder.join("cast").exists() || folder.join("prims").exists())
+}
+
+/// Folder of the program's lock file: above its target folder, else above where Cargo was started.
+fn program_of(folder: &Path) -> Option<PathBuf> {
+    let started = PathBuf::from(var_os("PWD").unwrap_or_default());
+    let mut above = folder.ancestors().skip(1).chain(started.ancestors());
+    let program = above.find(|above| {
+        let lock = fs::read_to_string(above.join("Cargo.lock"));
+        lock.is_ok_and(|lock| lock.contains("\nname = \"phalanx-levels\"\n"))
+    });
+    program.map(Path::to_owned)
 }
 
 /// Starts Cargo for a level, offline and by the versions of the program's lock file.
@@ -75,20 +90,30 @@ fn start(level: &str, own: &Path, folder: &Path) -> Result<Child, String> {
          [profile.release]\ncodegen-units = 1\npanic = \"unwind\"\nstrip = true\n[workspace]\n",
         own.join("level.rs"),
     );
-    let said = |error: std::io::Error| error.to_string();
-    fs::create_dir_all(folder).map_err(said)?;
-    fs::write(folder.join("Cargo.toml"), manifest).map_err(said)?;
-    let lock = folder.ancestors().skip(1).map(|above| above.join("Cargo.lock"));
-    if let Some(lock) = lock.into_iter().find(|lock| lock.exists()) {
-        fs::copy(lock, folder.join("Cargo.lock")).map_err(said)?;
+    let message = |error: std::io::Error| error.to_string();
+    fs::create_dir_all(folder).map_err(message)?;
+    fs::write(folder.join("Cargo.toml"), manifest).map_err(message)?;
+    let program = program_of(folder);
+    if let Some(program) = &program {
+        fs::copy(program.join("Cargo.lock"), folder.join("Cargo.lock")).map_err(message)?;
     }
     let flags = var("CARGO_ENCODED_RUSTFLAGS").unwrap_or_default();
     let flags = flags.split('\x1f').filter(|flag| !flag.is_empty());
     let cpu = format!("-Ctarget-cpu={level}");
     let flags: Vec<&str> = flags.chain([&*cpu]).collect();
     Command::new(var_os("CARGO").unwrap_or_else(|| "cargo".into()))
-        .current_dir(folder)
-        .args(["build", "--release", "--quiet", "--offline", "--target", &set("TARGET")])
+        // Cargo reads the settings of the folders above, such as where crates are vendored.
+        .current_dir(program.as_deref().unwrap_or(folder))
+        .args([
+            "build",
+            "--release",
+            "--quiet",
+            "--offline",
+            "--target",
+            &set("TARGET"),
+        ])
+        .arg("--manifest-path")
+        .arg(folder.join("Cargo.toml"))
         .arg("--target-dir")
         .arg(folder.join("target"))
         .env("CARGO_ENCODED_RUSTFLAGS", flags.join("\x1f"))
@@ -97,18 +122,20 @@ fn start(level: &str, own: &Path, folder: &Path) -> Result<Child, String> {
         .stdout(Stdio::null())
         .stderr(Stdio::piped())
         .spawn()
-        .map_err(said)
+        .map_err(message)
 }
 
 /// Waits for Cargo; returns the library, or why there is none.
 fn finish(cargo: Child, folder: &Path) -> Result<PathBuf, String> {
-    let output = cargo.wait_with_output().map_err(|error| error.to_string())?;
+    let output = cargo
+        .wait_with_output()
+        .map_err(|error| error.to_string())?;
     let target = folder.join("target").join(set("TARGET"));
     let library = target.join("release/libphalanx_level.so");
     if output.status.success() && library.exists() {
         return Ok(library);
     }
-    let said = String::from_utf8_lossy(&output.stderr);
-    let mut lines = said.lines().filter(|line| line.starts_with("error"));
+    let messages = String::from_utf8_lossy(&output.stderr);
+    let mut lines = messages.lines().filter(|line| line.starts_with("error"));
     Err(lines.next().unwrap_or("Cargo failed").to_owned())
 }

@@ -2,6 +2,6 @@
 
 mod tree;
 
-/// What the program looks for.
+/// Exports of this library.
 #[unsafe(no_mangle)]
-pub static PHALANX_LEVEL: tree::Level = tree::Level::OWN;
+pub static PHALANX_LEVEL: tree::LevelExports = tree::LevelExports::OWN;

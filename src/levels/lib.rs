@@ -46,7 +46,7 @@ use std::fmt;
 use std::mem::ManuallyDrop;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::{Mutex, PoisonError};
-use tree::Tree;
+use tree::AnyBvh;
 
 /// The instruction set that rays of a [`Bvh`] run on: `x86-64` to `x86-64-v4`, elsewhere the
 /// architecture's name.
@@ -55,7 +55,7 @@ pub fn isa() -> &'static str {
 }
 
 /// [`phalanx::Bvh`] of the machine's level: the same methods, and the same answers.
-pub struct Bvh(ManuallyDrop<Box<dyn Tree>>);
+pub struct Bvh(ManuallyDrop<Box<dyn AnyBvh>>);
 
 impl fmt::Debug for Bvh {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
@@ -102,7 +102,7 @@ macro_rules! define_methods {
 plain_methods!(define_methods);
 
 impl Bvh {
-    fn of(tree: Box<dyn Tree>) -> Bvh {
+    fn of(tree: Box<dyn AnyBvh>) -> Bvh {
         Bvh(ManuallyDrop::new(tree))
     }
 
@@ -124,7 +124,8 @@ impl Bvh {
     /// [`phalanx::Bvh::all_hits_filtered`].
     pub fn all_hits_filtered(&self, ray: &Ray, filter: &RayFilter) -> Vec<Hit> {
         let mut all = Vec::new();
-        self.0.all_hits(ray, filter, &mut |hits| all = hits.to_vec());
+        self.0
+            .all_hits(ray, filter, &mut |hits| all = hits.to_vec());
         all
     }
 }
@@ -179,7 +180,8 @@ impl Bvh {
         let panic = Panic::default();
         let put = |k: usize, hit| panic.held(|| put(k, hit));
         let done = relay_filter(filter, |filter| {
-            self.0.closest_each(rays.into(), Some(filter), threads, &put)
+            self.0
+                .closest_each(rays.into(), Some(filter), threads, &put)
         });
         panic.released(done)
     }

@@ -1,25 +1,23 @@
 //! The interface between a program and a level's library: one trait, which both compile.
 //!
 //! The library is made by the build script of the crate that loads it: the same compiler, the same
-//! sources and versions, other instructions. Layouts of types do not depend on those, and
-//! [`Level::sizes`] and [`Level::describe`] are compared before anything else is used. What a side
-//! has allocated, it frees.
+//! sources and versions, other instructions. Layouts of types do not depend on those, and sizes and
+//! a described scene are compared before anything else is used. What a side has allocated, it
+//! frees.
 
 use phalanx_scene::{GeomId, Scene};
 use phalanx_trace::bvh::{BuildSettings, Bvh};
-use phalanx_trace::{
-    BatchError, BatchFilter, Hit, HitColumns, HitLists, Ray, RayBatch, RayFilter,
-};
+use phalanx_trace::{BatchError, BatchFilter, Hit, HitColumns, HitLists, Ray, RayBatch, RayFilter};
 
-/// What a library exports, by the name `PHALANX_LEVEL`.
+/// Exports of a library, by the name `PHALANX_LEVEL`.
 #[repr(C)]
-pub struct Level {
+pub struct LevelExports {
     /// Sizes and alignments of all types that cross.
     pub sizes: [usize; 2 * CROSSING],
     /// Passes on a scene as text, field by field.
     pub describe: fn(&Scene, &mut dyn FnMut(&str)),
     /// [`Bvh::build_with`].
-    pub build: fn(&Scene, &BuildSettings) -> Box<dyn Tree>,
+    pub build: fn(&Scene, &BuildSettings) -> Box<dyn AnyBvh>,
 }
 
 /// Number of types that cross.
@@ -31,11 +29,11 @@ macro_rules! sizes {
     };
 }
 
-impl Level {
+impl LevelExports {
     /// The level of the build that this is part of.
-    pub const OWN: Level = Level {
+    pub const OWN: LevelExports = LevelExports {
         sizes: sizes![
-            Scene, BuildSettings, Box<dyn Tree>, Ray, RayBatch, RayFilter, BatchFilter,
+            Scene, BuildSettings, Box<dyn AnyBvh>, Ray, RayBatch, RayFilter, BatchFilter,
             Option<Hit>, HitColumns, HitLists, Result<(), BatchError>
         ],
         describe: |scene, take| take(&format!("{scene:?}")),
@@ -43,7 +41,7 @@ impl Level {
     };
 }
 
-/// Calls `$with` with the methods that are the same for [`Bvh`], for [`Tree`] and for users.
+/// Calls `$with` with the methods that are the same for [`Bvh`], for [`AnyBvh`] and for users.
 macro_rules! plain_methods {
     ($with:ident) => {
         $with! {
@@ -68,7 +66,7 @@ macro_rules! plain_methods {
 /// Takes the hit of the ray with this number.
 pub type PutHit<'a> = dyn Fn(usize, Option<Hit>) + Sync + 'a;
 
-/// What a batch returns.
+/// Result of a batch.
 type Done = Result<(), BatchError>;
 
 macro_rules! define_tree {
@@ -76,10 +74,10 @@ macro_rules! define_tree {
         /// A tree of either side. Methods are those of [`Bvh`]; what they allocate is passed to
         /// `take`, and batches with a filter are those without if it is `None`.
         #[rustfmt::skip]
-        pub trait Tree: Send + Sync {
+        pub trait AnyBvh: Send + Sync {
             $(fn $name(&$me $(, $arg: $type)*) $(-> $out)?;)*
             /// A copy, made by the side of the tree.
-            fn copy(&self) -> Box<dyn Tree>;
+            fn copy(&self) -> Box<dyn AnyBvh>;
             /// Frees the tree, on the side of the tree.
             fn free(self: Box<Self>);
             fn update(&mut self, scene: &Scene);
@@ -100,12 +98,12 @@ macro_rules! define_tree {
         }
 
         #[rustfmt::skip]
-        impl Tree for Bvh {
+        impl AnyBvh for Bvh {
             $(fn $name(&$me $(, $arg: $type)*) $(-> $out)? {
                 Bvh::$name($me $(, $arg)*)
             })*
 
-            fn copy(&self) -> Box<dyn Tree> {
+            fn copy(&self) -> Box<dyn AnyBvh> {
                 Box::new(self.clone())
             }
 
