@@ -25,7 +25,8 @@
 //! | where | rays run on |
 //! |---|---|
 //! | Linux with glibc on x86-64, compiled for less than AVX2, with optimization | the CPU's level |
-//! | elsewhere, or without a level that could not be compiled (`cargo build -vv` warns) | the next |
+//! | there, without a level that could not be compiled (`cargo build -vv` says why) | the next one |
+//! | elsewhere | the build's level |
 //!
 //! The script takes sources and versions that the program itself is compiled from, and downloads
 //! nothing. `PHALANX_LEVELS` names the levels to compile, if not both: `PHALANX_LEVELS=` for none,

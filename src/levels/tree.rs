@@ -9,13 +9,16 @@ use phalanx_scene::{GeomId, Scene};
 use phalanx_trace::bvh::{BuildSettings, Bvh};
 use phalanx_trace::{BatchError, BatchFilter, Hit, HitColumns, HitLists, Ray, RayBatch, RayFilter};
 
+/// Takes a part of a text.
+type TakeText<'a> = dyn FnMut(&str) + 'a;
+
 /// Exports of a library, by the name `PHALANX_LEVEL`.
 #[repr(C)]
 pub struct LevelExports {
     /// Sizes and alignments of all types that cross.
     pub sizes: [usize; 2 * CROSSING],
     /// Passes on a scene as text, field by field.
-    pub describe: fn(&Scene, &mut dyn FnMut(&str)),
+    pub describe: fn(&Scene, &mut TakeText),
     /// [`Bvh::build_with`].
     pub build: fn(&Scene, &BuildSettings) -> Box<dyn AnyBvh>,
 }
