@@ -211,7 +211,10 @@
 //!
 //! An embedder writes `phalanx = { version = "0.1", default-features = false }`, builds for the CPU
 //! it runs on (`RUSTFLAGS="-C target-cpu=native"`), and has the tracer compiled in one piece:
-//! `[profile.release.package.phalanx-trace]`, `codegen-units = 1`.
+//! `[profile.release.package.phalanx-trace]`, `codegen-units = 1`. A program for other people's
+//! CPUs writes `phalanx = { package = "phalanx-levels", version = "0.1" }` instead, and is compiled
+//! for plain x86-64: that crate has all of this one, with a [`Bvh`] that takes the instructions of
+//! the machine when the program runs (on Linux with glibc).
 //!
 //! # From Python
 //!

@@ -188,8 +188,9 @@ const OWNERS: [(&str, &[&str], &str); 20] = [
             "scene/huge_pages.rs",
             "cli/options/bus_error.rs",
             "cli/options/heap.rs",
+            "levels/load.rs",
         ],
-        "the system is asked for pages in one place, and told in others what answers a fault and what memory goes back",
+        "the system is asked for pages in one place, and told in others what answers a fault and what memory goes back; a level is loaded in one",
     ),
     (
         "httparse",
@@ -340,7 +341,7 @@ const BOUNDS: [&str; 4] = [
 ];
 
 /// Files that may contain `unsafe`.
-const UNSAFE_FILES: [&str; 29] = [
+const UNSAFE_FILES: [&str; 32] = [
     "trace/simd/compact.rs",
     "trace/simd/mask_bits.rs",
     "scene/huge_pages.rs",
@@ -374,6 +375,10 @@ const UNSAFE_FILES: [&str; 29] = [
     "capi/status.rs",
     "capi/table.rs",
     "capi/tree.rs",
+    // Libraries that a program contains, and memory that goes back to them.
+    "levels/level.rs",
+    "levels/lib.rs",
+    "levels/load.rs",
 ];
 
 /// Crates of ours that crate `name` depends on, in alphabetical order.
