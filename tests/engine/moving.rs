@@ -2,13 +2,15 @@
 //! oracle, and of every kernel.
 
 use super::front_door::soup;
+use crate::common::full_or;
 use crate::common::rays::{Engines, toward};
 use crate::common::rng::Rng;
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use phalanx::bvh::{BuildSettings, Child, LeafKind, Quality};
 use phalanx::oracle::{OracleRay, TwoLevelBvh};
 use phalanx::scene::{Bounds, Cone, GeometryError};
-use phalanx::{Bvh, GeomId, HitBuffer, NO_GEOM, Ray, RayBuffer, RayFilter, Scene, cache};
+use phalanx::{Bvh, GeomId, Hit, HitBuffer, NO_GEOM, Ray, RayBuffer, RayFilter, Scene, cache};
+use phalanx::{UpdateError, UpdateMode, UpdateReport, UpdateWork};
 
 /// Edits of all scenes together; `PHALANX_EDITS` asks for another number.
 fn edits() -> usize {
@@ -252,6 +254,23 @@ fn assert_follows(scene: &Scene, bvh: &Bvh, random: &mut Rng) {
     }
 }
 
+/// Lets a tree follow in one of the modes. One that refuses leaves the answers as they were.
+fn follow(
+    scene: &Scene,
+    bvh: &mut Bvh,
+    (rays, answers): (&[Ray; 20], &[Option<Hit>; 20]),
+    edit: usize,
+) {
+    let mode = [UpdateMode::Auto, UpdateMode::RefitOnly, UpdateMode::Auto][edit % 3];
+    if bvh.update_with(scene, mode).is_err() {
+        assert_eq!(rays.each_ref().map(|ray| bvh.intersect(ray)), *answers);
+        assert!(!bvh.is_current(scene));
+        bvh.update(scene);
+    }
+    assert!(bvh.is_current(scene) && bvh.cost_growth() > 0.0);
+    assert_eq!(bvh.update(scene), UpdateReport::default());
+}
+
 #[test]
 fn updated_trees_answer_as_fresh_ones() {
     for seed in 0..(edits() / EDITS_PER_SCENE) as u64 {
@@ -264,13 +283,22 @@ fn updated_trees_answer_as_fresh_ones() {
         let mut bvh = Bvh::build_with(&stage.scene, &settings);
         // A tree that follows now and then, from a state long gone.
         let mut late = bvh.clone();
+        if seed % 2 == 0 {
+            bvh.build_wide(1);
+        }
         for edit in 0..EDITS_PER_SCENE {
+            let shown = bvh.clone();
+            let rays = [(); 20].map(|()| Ray::new(random.point(2.0), random.point(1.0)));
+            let answers = rays.each_ref().map(|ray| shown.intersect(ray));
             stage.edit(&mut random);
-            let dbg = bvh.update(&stage.scene);
-            eprintln!(
-                "seed {seed} edit {edit}: {dbg:?} {:?}",
-                stage.scene.geometry_starts()
-            );
+            std::thread::scope(|scope| {
+                scope.spawn(|| {
+                    for _ in 0..3 {
+                        assert_eq!(rays.each_ref().map(|ray| shown.intersect(ray)), answers);
+                    }
+                });
+                follow(&stage.scene, &mut bvh, (&rays, &answers), edit);
+            });
             assert_follows(&stage.scene, &bvh, &mut random);
             if edit % 7 == 6 {
                 late.update(&stage.scene);
@@ -367,6 +395,110 @@ fn what_stays_is_not_built() {
         assert_eq!(bvh.leaf_prims().triangles.as_ptr(), rows);
         assert!(bvh.has_wide());
     }
+    assert_follows(&scene, &bvh, &mut random);
+}
+
+/// Checks that geometries come, go, hide and move beside a large mesh whose rows stay where they
+/// are, that reports name them, and that refits are refused where something has to be built.
+#[test]
+fn updates_say_what_they_did_and_obey() {
+    let mut random = Rng::new(13);
+    let (vertices, indices) = soup(&mut random, 3000);
+    let (small, few) = soup(&mut random, 40);
+    let mut scene = Scene::new();
+    let body = scene.add_mesh(&vertices, &indices).expect("a mesh");
+    let prototype = scene.add_prototype(&small, &few).expect("a mesh");
+    let placed = scene.add_instance(prototype, map(&mut random));
+    let placed = placed.expect("a place");
+    let mut bvh = Bvh::build(&scene);
+    bvh.build_wide(1);
+    assert_eq!(bvh.cost_growth(), 1.0);
+    let rows = |bvh: &Bvh| {
+        let rows = &bvh.leaf_prims().triangles[..indices.len()];
+        rows.iter().map(|row| row.prim_id).collect::<Vec<_>>()
+    };
+    let before = rows(&bvh);
+    let ball = scene.add_spheres(&[[0.0; 3]], &[0.5]).expect("a sphere");
+    let refused = UpdateError::NotRefittable {
+        geometries: vec![ball],
+        prototypes: vec![],
+    };
+    assert_eq!(bvh.update_with(&scene, UpdateMode::RefitOnly), Err(refused));
+    assert_eq!(bvh.update(&scene).built, [ball]);
+    let sail = scene.add_mesh(&small, &few).expect("a mesh");
+    let other = scene.add_prototype(&small, &few).expect("a mesh");
+    let report = bvh.update(&scene);
+    assert_eq!(report.built, [sail]);
+    assert_eq!(report.built_prototypes, [other]);
+    let moved: Vec<[f32; 3]> = small.iter().map(|v| [v[0], v[1] + 0.01, v[2]]).collect();
+    scene.set_vertices(sail, &moved).expect("a mesh");
+    let elsewhere = map(&mut random);
+    scene.set_transform(placed, elsewhere).expect("a place");
+    let refit = |bvh: &mut Bvh, scene: &Scene| {
+        let report = bvh.update_with(scene, UpdateMode::RefitOnly);
+        report.expect("nothing is built")
+    };
+    assert_eq!(refit(&mut bvh, &scene).refitted, [placed, sail]);
+    scene.remove(ball).expect("a sphere");
+    scene.set_mask(sail, 0).expect("a mesh");
+    let report = refit(&mut bvh, &scene);
+    assert_eq!(report.work, UpdateWork::Refitted);
+    assert_eq!(report.removed, [ball, sail]);
+    assert_follows(&scene, &bvh, &mut random);
+    assert_eq!(rows(&bvh), before, "the large mesh stays");
+    scene.set_mask(body, 3).expect("a mesh");
+    assert_eq!(bvh.update(&scene).work, UpdateWork::Nothing);
+    scene.add_sphere(Vec3::ZERO, 0.1, 0);
+    let foreign = bvh.update_with(&scene, UpdateMode::RefitOnly);
+    assert_eq!(foreign, Err(UpdateError::OtherScene));
+    let rebuilt = bvh.update_with(&scene, UpdateMode::Rebuild);
+    assert_eq!(rebuilt.expect("a build").work, UpdateWork::Rebuilt);
+    assert_eq!(bvh.cost_growth(), 1.0);
+}
+
+/// Checks that a scene in which things come and go neither grows nor runs out of numbers, and that
+/// its tree does not grow.
+#[test]
+fn what_comes_and_goes_takes_no_room() {
+    let mut random = Rng::new(21);
+    let mut scene = Scene::new();
+    let (vertices, indices) = soup(&mut random, 300);
+    scene.add_mesh(&vertices, &indices).expect("a mesh");
+    let mut bvh = Bvh::build(&scene);
+    let (mut present, mut half) = (Vec::new(), [0; 4]);
+    let edits = full_or(1_000_000, 20_000);
+    for edit in 0..edits {
+        if present.len() == 8 || edit % 3 == 2 && !present.is_empty() {
+            let gone = present.swap_remove(random.below(present.len()));
+            scene.remove(gone).expect("a geometry");
+        } else if edit % 2 == 0 {
+            let count = 1 + random.below(40);
+            let (vertices, indices) = soup(&mut random, count);
+            present.push(scene.add_mesh(&vertices, &indices).expect("a mesh"));
+        } else {
+            let count = 1 + random.below(5);
+            let centers = [(); 5].map(|()| random.point(1.0).to_array());
+            let balls = scene.add_spheres(&centers[..count], &[0.1; 5][..count]);
+            present.push(balls.expect("spheres"));
+        }
+        if edit % 97 == 0 {
+            bvh.update(&scene);
+        }
+        let sizes = [
+            scene.prim_count(),
+            scene.triangles.vertices.len(),
+            scene.geometries.len(),
+            bvh.node_bytes() + bvh.prim_bytes(),
+        ];
+        if edit == edits / 2 {
+            half = sizes;
+        }
+        let is_larger = |(now, then): (&usize, usize)| *now > then + then / 2;
+        let grows = sizes.iter().zip(half).any(is_larger);
+        assert!(edit <= edits / 2 || !grows, "{half:?} grew to {sizes:?}");
+    }
+    assert!(scene.geometries.len() < 100, "eight at a time");
+    bvh.update(&scene);
     assert_follows(&scene, &bvh, &mut random);
 }
 

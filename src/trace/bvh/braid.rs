@@ -1,6 +1,6 @@
-//! Trees joined below one root: divided from the top by the surface area heuristic, and opened where
-//! they reach into each other, so that a ray meets them together (Benthin, Woop, Wald and Áfra,
-//! "Improved Two-Level BVHs using Partial Re-Braiding", HPG 2017).
+//! Trees joined below one root: divided from the top by the surface area heuristic, and opened
+//! where they reach into each other, so that a ray meets them together (Benthin, Woop, Wald and
+//! Áfra, "Improved Two-Level BVHs using Partial Re-Braiding", HPG 2017).
 //!
 //! Unlike the paper, it opens a tree by its share of the area, and only as many nodes as there is
 //! time for in an update.
@@ -8,7 +8,7 @@
 use phalanx_scene::Bounds;
 use std::collections::VecDeque;
 
-/// Number of nodes that are opened: this number, and for each root so many more.
+/// Maximum number of nodes that are opened: one number, and another for each root.
 const OPENED: usize = 64;
 const OPENED_PER_ROOT: usize = 8;
 
@@ -16,11 +16,11 @@ const OPENED_PER_ROOT: usize = 8;
 const OPENED_SHARE: f32 = 0.5;
 
 /// A subtree, and its box.
-pub(in crate::bvh) type Boxed<T> = (T, Bounds);
+pub(in crate::bvh) type BraidItem<T> = (T, Bounds);
 
 /// A child of a joining node.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::bvh) enum Joined<T> {
+pub(in crate::bvh) enum BraidChild<T> {
     /// A subtree.
     Subtree(T),
     /// The joining node of this number, counted from 0.
@@ -30,7 +30,7 @@ pub(in crate::bvh) enum Joined<T> {
 /// Nodes that join subtrees; the first is the root, and children stand behind their parents.
 #[derive(Debug)]
 pub(in crate::bvh) struct Braid<T> {
-    pub(in crate::bvh) nodes: Vec<Vec<Boxed<Joined<T>>>>,
+    pub(in crate::bvh) nodes: Vec<Vec<BraidItem<BraidChild<T>>>>,
     /// Number of nodes on the longest path.
     pub(in crate::bvh) depth: usize,
     /// Nodes of subtrees that are reached no more.
@@ -40,9 +40,9 @@ pub(in crate::bvh) struct Braid<T> {
 /// Joins subtrees by nodes of up to `width` children. `children` are those of a node; none of a
 /// leaf.
 pub(in crate::bvh) fn braid<T: Copy>(
-    mut roots: Vec<Boxed<T>>,
+    mut roots: Vec<BraidItem<T>>,
     width: usize,
-    children: impl Fn(T) -> Vec<Boxed<T>>,
+    children: impl Fn(T) -> Vec<BraidItem<T>>,
 ) -> Braid<T> {
     roots.retain(|(_, bounds)| !bounds.is_empty());
     let mut left = OPENED + OPENED_PER_ROOT * roots.len();
@@ -55,7 +55,7 @@ pub(in crate::bvh) fn braid<T: Copy>(
     while let Some((mut set, level)) = waiting.pop_front() {
         all.depth = level;
         let area = bounds_of(&set).half_area();
-        let opens = |(_, bounds): &Boxed<T>| bounds.half_area() > OPENED_SHARE * area;
+        let opens = |(_, bounds): &BraidItem<T>| bounds.half_area() > OPENED_SHARE * area;
         let mut k = 0;
         while k < set.len() && set.len() > 1 && left > 0 {
             let below = if opens(&set[k]) { children(set[k].0) } else { Vec::new() };
@@ -70,11 +70,11 @@ pub(in crate::bvh) fn braid<T: Copy>(
         let node = groups(&mut set, width)
             .into_iter()
             .map(|group| match group {
-                [only] => (Joined::Subtree(only.0), only.1),
+                [only] => (BraidChild::Subtree(only.0), only.1),
                 more => {
                     waiting.push_back((more.to_vec(), level + 1));
                     let number = all.nodes.len() + waiting.len();
-                    (Joined::Node(number), bounds_of(more))
+                    (BraidChild::Node(number), bounds_of(more))
                 }
             });
         let node = node.collect();
@@ -83,13 +83,13 @@ pub(in crate::bvh) fn braid<T: Copy>(
     all
 }
 
-fn bounds_of<T>(set: &[Boxed<T>]) -> Bounds {
+fn bounds_of<T>(set: &[BraidItem<T>]) -> Bounds {
     let boxes = set.iter().map(|(_, bounds)| *bounds);
     boxes.fold(Bounds::EMPTY, Bounds::union)
 }
 
 /// Divides a set into as many groups as a node has children, or into one for each subtree.
-fn groups<T>(set: &mut [Boxed<T>], width: usize) -> Vec<&mut [Boxed<T>]> {
+fn groups<T>(set: &mut [BraidItem<T>], width: usize) -> Vec<&mut [BraidItem<T>]> {
     let mut groups = vec![set];
     while groups.len() < width {
         let many = (0..groups.len()).filter(|&k| groups[k].len() > 1);
@@ -108,15 +108,15 @@ fn groups<T>(set: &mut [Boxed<T>], width: usize) -> Vec<&mut [Boxed<T>]> {
 
 /// Sorts two subtrees or more along the axis where they are farthest apart; returns the number of
 /// those that go to the left.
-fn divide<T>(set: &mut [Boxed<T>]) -> usize {
-    let center = |(_, bounds): &Boxed<T>| bounds.lo + bounds.hi;
+fn divide<T>(set: &mut [BraidItem<T>]) -> usize {
+    let center = |(_, bounds): &BraidItem<T>| bounds.lo + bounds.hi;
     let centers = set
         .iter()
         .map(|root| Bounds::new(center(root), center(root)));
     let extent = centers.fold(Bounds::EMPTY, Bounds::union);
     let axis = (extent.hi - extent.lo).max_position();
     set.sort_by(|a, b| center(a)[axis].total_cmp(&center(b)[axis]));
-    let union = |all: &mut Bounds, (_, bounds): &Boxed<T>| {
+    let union = |all: &mut Bounds, (_, bounds): &BraidItem<T>| {
         *all = all.union(*bounds);
         Some(all.half_area())
     };

@@ -2,6 +2,7 @@
 //! remains is neither built nor moved.
 
 use super::leaving::Leaving;
+use super::subtree::relative_cost;
 use super::tree_parts::TreePart;
 use super::{Bvh, Child};
 
@@ -22,6 +23,7 @@ impl Bvh {
                 }
             }
         }
+        let before = relative_cost(part.weighted_cost, nodes[first].child_bounds());
         let mut erased = 0;
         let mut shrunk = vec![false; part.nodes.len()];
         // Children were visited after their parents.
@@ -54,6 +56,11 @@ impl Bvh {
                 part.weighted_cost += smaller.weighted_cost() - node.weighted_cost();
                 nodes[index as usize] = smaller;
             }
+        }
+        // What is gone would be missing from a fresh tree, too.
+        let rest = relative_cost(part.weighted_cost, nodes[first].child_bounds());
+        if before > 0.0 {
+            part.built_cost *= rest / before;
         }
         // The rows of triangles have changed places.
         part.corners = Vec::new();

@@ -30,8 +30,8 @@ pub enum UpdateWork {
     Rebuilt,
 }
 
-/// The work of [`Bvh::update`], and its objects. All lists are ascending, and empty where everything
-/// was built.
+/// The work of [`Bvh::update`], and its objects. All lists are ascending, and empty where
+/// everything was built.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct UpdateReport {
     /// Kind of the work.

@@ -8,7 +8,7 @@
 //! | top | a copy of the root of the world's tree, whose place the root of everything takes |
 //! | behind it | the tree over the instances, and the one that joins all roots |
 
-use super::braid::{Boxed, Braid, Joined, braid};
+use super::braid::{Braid, BraidChild, BraidItem, braid};
 use super::build_input::BuildInput;
 use super::offsets::Offsets;
 use super::subtree::{build_subtree, relative_cost};
@@ -56,7 +56,7 @@ impl Bvh {
             let root = [self.nodes[0]];
             self.nodes.write(self.nodes.len(), &root);
             let (instances, own_depth, cost) = self.add_instances(scene, parts, &placed);
-            parts.instances = instances.map(|(root, _)| root);
+            parts.instances = instances.map(|(root, _)| (root, cost));
             roots.extend(instances.map(|(root, bounds)| (Child::Node(root), bounds)));
             let join = braid(roots, 2, |child| self.children(child));
             let opened = join.opened.iter().map(|&child| self.cost_of(child));
@@ -103,13 +103,13 @@ impl Bvh {
     }
 
     /// The children of a node with their boxes; none of a leaf.
-    fn children(&self, child: Child) -> Vec<Boxed<Child>> {
+    fn children(&self, child: Child) -> Vec<BraidItem<Child>> {
         let Child::Node(index) = child else {
             return Vec::new();
         };
         let node = &self.nodes[index as usize];
         let all = [0, 1].map(|k| (node.child(k), node.bounds(k)));
-        let is_there = |child: &Boxed<Child>| !matches!(child.0, Child::Leaf { count: 0, .. });
+        let is_there = |child: &BraidItem<Child>| !matches!(child.0, Child::Leaf { count: 0, .. });
         all.into_iter().filter(is_there).collect()
     }
 
@@ -129,8 +129,8 @@ impl Bvh {
             let mut both = [(Child::EMPTY, Bounds::EMPTY); 2];
             for (place, &(child, bounds)) in both.iter_mut().zip(children) {
                 let child = match child {
-                    Joined::Subtree(child) => child,
-                    Joined::Node(number) => Child::Node((first + number) as u32),
+                    BraidChild::Subtree(child) => child,
+                    BraidChild::Node(number) => Child::Node((first + number) as u32),
                 };
                 *place = (child, bounds);
             }

@@ -34,7 +34,7 @@ pub(super) enum TreePlace {
     /// Hidden, removed or without primitives.
     #[default]
     Nowhere,
-    /// Among everything that the tree was built of: so many primitives of this place.
+    /// Among everything that the tree was built of: primitives of this place, and their number.
     World(PrimPlace, u32),
     /// Among everything that the tree was built of: an instance.
     WorldInstance(InstanceRow),
@@ -68,8 +68,8 @@ pub(super) struct TreeParts {
     pub(super) geometries: Vec<TreePlace>,
     /// First node behind all parts: a copy of the world's root, and then the tree that joins them.
     pub(super) top: Option<usize>,
-    /// Root of the tree over the instances in the top.
-    pub(super) instances: Option<u32>,
+    /// Root of the tree over the instances in the top, and its Σ area · cost.
+    pub(super) instances: Option<(u32, f64)>,
     pub(super) free_nodes: FreeRows,
     pub(super) free_slots: [FreeRows; LeafKind::COUNT],
 }

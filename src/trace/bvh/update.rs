@@ -151,13 +151,14 @@ impl Bvh {
         let Some(parts) = &self.parts else {
             return 1.0;
         };
-        let all = parts.own().chain([&parts.world]);
-        let built = all.map(|part| {
-            let area = f64::from(self.bounds_of(&part.nodes).half_area());
-            area * part.built_cost
-        });
-        let area = f64::from(self.nodes[0].child_bounds().half_area());
-        let built = area + built.sum::<f64>();
+        let area = |root: usize| f64::from(self.nodes[root].child_bounds().half_area());
+        let own = parts
+            .own()
+            .map(|part| area(part.nodes.start) * part.built_cost);
+        let world = area(parts.world_root() as usize) * parts.world.built_cost;
+        let area = area(0);
+        let instances = parts.instances.map_or(0.0, |(_, cost)| cost);
+        let built = area + world + own.sum::<f64>() + instances;
         if area > 0.0 { self.sah * area / built } else { 1.0 }
     }
 

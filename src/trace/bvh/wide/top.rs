@@ -4,7 +4,7 @@
 use super::layout::widen;
 use super::rows::{ChildRef, TopRows, WideBvh, WideNode};
 use crate::bvh::Bvh;
-use crate::bvh::braid::{Boxed, Braid, Joined, braid};
+use crate::bvh::braid::{Braid, BraidChild, BraidItem, braid};
 use crate::bvh::tree_parts::TreeParts;
 use crate::simd::NATIVE;
 use phalanx_scene::huge_pages::write_rows;
@@ -38,7 +38,7 @@ impl WideBvh {
             .own
             .values()
             .fold(self.depth, |most, part| most.max(part.depth));
-        if let Some(root) = parts.instances {
+        if let Some((root, _)) = parts.instances {
             let rows = widen(bvh, root);
             below = below.max(rows.depth);
             roots.push(self.append(rows));
@@ -51,7 +51,7 @@ impl WideBvh {
     }
 
     /// The children of a node with their boxes; none of a leaf.
-    fn children(&self, child: ChildRef) -> Vec<Boxed<ChildRef>> {
+    fn children(&self, child: ChildRef) -> Vec<BraidItem<ChildRef>> {
         let ChildRef::Node(index) = child else {
             return Vec::new();
         };
@@ -69,8 +69,8 @@ impl WideBvh {
             let mut node = WideNode::over(&mut children, |child| child.1);
             for (code, (child, _)) in node.children.iter_mut().zip(children) {
                 let child = match child {
-                    Joined::Subtree(child) => child,
-                    Joined::Node(number) => ChildRef::Node(first + number as u32),
+                    BraidChild::Subtree(child) => child,
+                    BraidChild::Node(number) => ChildRef::Node(first + number as u32),
                 };
                 *code = child.code();
             }
