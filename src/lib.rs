@@ -54,11 +54,13 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! # What moves
+//! # What changes
 //!
-//! Vertices, instances and masks may change; [`Bvh::update`] lets the tree follow, and answers are
-//! those of a fresh build. Queries on one thread while another prepares the next state: two trees,
-//! or clones, each of which catches up with any state of the scene.
+//! Vertices, instances and masks may change, and geometries come and go ([`Scene::remove`]).
+//! [`Bvh::update`] lets the tree follow in the time of what has changed, says what it did, and
+//! answers are those of a fresh build; [`Bvh::update_with`] keeps to refits, or builds. Queries on
+//! one thread while another prepares the next state: two trees, or clones, each of which catches up
+//! with any state of the scene.
 //!
 //! ```
 //! use phalanx::glam::{DAffine3, dvec3};

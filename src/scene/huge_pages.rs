@@ -19,6 +19,12 @@ pub fn room<T>(len: usize) -> Vec<T> {
     rows
 }
 
+/// Room for rows, and for a sixteenth more, which costs nothing until it is written to: trees get
+/// parts later, and moving a large one takes longer than a build of what comes.
+fn room_to_grow<T>(len: usize) -> Vec<T> {
+    room(len + len / 16)
+}
+
 /// Rows of zeros. Their memory comes zeroed from the system, for the thread that first touches it.
 pub fn zeroed<T: Zeroable + Clone>(len: usize) -> Vec<T> {
     let mut rows = vec![T::zeroed(); len];
@@ -28,7 +34,7 @@ pub fn zeroed<T: Zeroable + Clone>(len: usize) -> Vec<T> {
 
 /// Collects rows into a new vector, on huge pages if it is large.
 pub fn collect_on_huge_pages<T: Send>(rows: impl IndexedParallelIterator<Item = T>) -> Vec<T> {
-    let mut all = room(rows.len());
+    let mut all = room_to_grow(rows.len());
     // The rows fit into the reserved memory: the vector does not move.
     on_pool(|| rows.collect_into_vec(&mut all));
     all
@@ -45,7 +51,7 @@ pub fn write_parts<T: Copy + Send, R: Send>(
     write: impl Fn(usize, &mut PartWriter<T>) -> R + Sync,
 ) -> (Vec<T>, Vec<R>) {
     let len = lens.iter().sum();
-    let mut all = room(len);
+    let mut all = room_to_grow(len);
     let places = consecutive(all.spare_capacity_mut(), lens.iter().copied());
     let write_part = |(k, rows): (usize, &mut [MaybeUninit<T>])| {
         let mut part = PartWriter { rows, written: 0 };
@@ -96,7 +102,7 @@ pub fn move_to_huge_pages<T: Copy>(rows: &mut Vec<T>) {
     if size_of_val(&rows[..]) < MIN_BYTES {
         return;
     }
-    let mut moved = room(rows.len());
+    let mut moved = room_to_grow(rows.len());
     moved.extend_from_slice(rows);
     *rows = moved;
 }
