@@ -388,13 +388,8 @@ impl Scene {
         if largest > limit {
             return Err(GeometryError::TooMany(largest));
         }
-        if self.materials.is_empty() {
-            self.materials.push(&Material {
-                kd: Vec3::splat(0.8),
-                ..Material::default()
-            });
-        }
         if let Some(number) = self.take_place(kind, prims as u32, vertices as u32) {
+            self.add_first_material();
             let first = match kind {
                 PlaceKind::Prototype => self.meshes.first[number as usize],
                 PlaceKind::Nothing => 0,
@@ -408,6 +403,7 @@ impl Scene {
             return Err(GeometryError::TooMany(all));
         }
         self.number(prims as u64)?;
+        self.add_first_material();
         let first = self.prim_count() as u32;
         if prims > 0 {
             let (prims, vertices) = (prims as u32, vertices as u32);
@@ -416,6 +412,16 @@ impl Scene {
             self.edits.add_to_places(prims as usize);
         }
         Ok((None, first))
+    }
+
+    /// Adds material 0 if there is none.
+    fn add_first_material(&mut self) {
+        if self.materials.is_empty() {
+            self.materials.push(&Material {
+                kd: Vec3::splat(0.8),
+                ..Material::default()
+            });
+        }
     }
 
     /// Adds a geometry of primitives that have a place.

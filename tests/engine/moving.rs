@@ -21,6 +21,7 @@ fn edits() -> usize {
 const EDITS_PER_SCENE: usize = 25;
 
 /// A scene that is edited, and what it consists of.
+#[derive(Clone)]
 struct Stage {
     scene: Scene,
     meshes: Vec<(GeomId, Vec<[f32; 3]>)>,
@@ -356,6 +357,51 @@ fn trees_follow_other_scenes() {
     bvh.update(&large);
     let ray = Ray::new([-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]);
     assert!(bvh.intersect(&ray).is_some_and(|hit| hit.t < 10.0));
+}
+
+/// Checks that one tree follows copies of a scene that are edited apart, in turns, and that edits
+/// may come several at a time.
+#[test]
+fn trees_follow_copies_that_part() {
+    for seed in 0..(edits() / EDITS_PER_SCENE) as u64 {
+        let mut random = Rng::new(1000 + seed);
+        let first = Stage::new(&mut random);
+        let mut bvh = Bvh::build(&first.scene);
+        let mut stages = [first.clone(), first];
+        for _ in 0..EDITS_PER_SCENE {
+            let which = random.below(2);
+            for _ in 0..1 + random.below(4) {
+                stages[which].edit(&mut random);
+            }
+            if random.below(12) == 0 {
+                stages[1 - which] = stages[which].clone();
+            }
+            let scene = &stages[random.below(2)].scene;
+            bvh.update(scene);
+            assert_follows(scene, &bvh, &mut random);
+        }
+    }
+}
+
+/// Checks that an instance which was hidden and shown while its prototype moved is where that is.
+#[test]
+fn instances_that_were_hidden_follow_their_prototype() {
+    let corners = [[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 1.0, 0.0]];
+    let mut scene = Scene::new();
+    let prototype = scene.add_prototype(&corners, &[[0, 1, 2]]);
+    let prototype = prototype.expect("a mesh");
+    let placed = scene.add_instance(prototype, DAffine3::IDENTITY);
+    let placed = placed.expect("a place");
+    let mut bvh = Bvh::build(&scene);
+    scene.set_mask(placed, 0).expect("an instance");
+    let moved = corners.map(|[x, y, z]| [x + 5.0, y, z]);
+    scene
+        .set_prototype_vertices(prototype, &moved)
+        .expect("a mesh");
+    scene.set_mask(placed, 1).expect("an instance");
+    bvh.update(&scene);
+    let hit = bvh.intersect(&Ray::new([5.0, 0.0, -1.0], [0.0, 0.0, 1.0]));
+    assert_eq!(hit.map(|hit| hit.t), Some(1.0));
 }
 
 /// Checks that large parts stay as they are: refits keep the tree, and moved instances build only

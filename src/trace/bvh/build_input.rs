@@ -96,9 +96,13 @@ impl<'a> BuildInput<'a> {
         self.corners[row].map(|corner| self.vertex(corner))
     }
 
-    /// Rows of the vertices of a triangle.
+    /// Rows of the vertices of a triangle. Rows that have left a tree keep their numbers, which
+    /// another scene may lack: theirs may be any.
     pub(super) fn corners(&self, object: PrimIndex) -> [u32; 3] {
-        self.corners[self.row(object)]
+        match self.prims.get(object as usize) {
+            Some(prim) if prim.kind() == PrimKind::Triangle => self.corners[prim.index()],
+            _ => [0; 3],
+        }
     }
 
     #[inline(always)]

@@ -76,7 +76,7 @@ impl UpdatePlan {
         for change in &changes.geometries {
             plan.add_geometry(scene, parts, change);
         }
-        plan.add_instances_of_changed(scene, parts, &changes.geometries);
+        plan.add_instances_of_changed(scene, parts);
         plan.move_in_world(parts, mode);
         plan.report.sort();
         Some(plan)
@@ -137,23 +137,20 @@ impl UpdatePlan {
     }
 
     /// Lets the instances of prototypes that have changed leave the world's tree.
-    fn add_instances_of_changed(
-        &mut self,
-        scene: &Scene,
-        parts: &TreeParts,
-        changes: &[PartChange],
-    ) {
+    fn add_instances_of_changed(&mut self, scene: &Scene, parts: &TreeParts) {
         let report = &self.report;
         let changed = [&report.refitted_prototypes, &report.built_prototypes].map(Vec::clone);
         if changed.iter().all(Vec::is_empty) {
             return;
         }
+        let leaving = self.leaving.len();
         for (id, place) in (0..).zip(&parts.geometries) {
             if let TreePlace::WorldInstance(row) = place {
                 let shows = changed
                     .iter()
                     .any(|ids| ids.binary_search(&row.mesh).is_ok());
-                let listed = changes.binary_search_by_key(&id, |change| change.id);
+                // Geometries come in the order of their numbers.
+                let listed = self.leaving[..leaving].binary_search_by_key(&id, |(id, _)| *id);
                 if shows && listed.is_err() && scene.geometries.visible(id).is_some() {
                     self.leaving.push((id, true));
                     self.place(id);
