@@ -68,7 +68,7 @@ fn commands_are_known_and_outputs_are_sessions() {
                 Some(_) => None,
                 None => Some(language),
             };
-            let known = ["", "c", "console", "rust", "sh", "text"].contains(&language);
+            let known = ["", "c", "console", "rust", "sh", "text", "toml"].contains(&language);
             assert!(known && fence != Some(""), "a fence of {language:?}");
         }
         let program = line.strip_prefix("cargo run --release -- ");
