@@ -8,7 +8,7 @@ use phalanx::bvh::Quality;
 use phalanx::formats::Options;
 use phalanx::scene::{GeomId, SceneCamera};
 use phalanx::{BuildSettings, Bvh, ForkSafeOnce, GeometryError, NO_PRIM, Scene};
-use phalanx::{UpdateMode, UpdateReport, UpdateWork};
+use phalanx::{UpdateError, UpdateMode, UpdateReport, UpdateWork};
 use pyo3::prelude::*;
 use pyo3::sync::MutexExt;
 use pyo3::types::{IntoPyDict, PyBytes, PyDict, PyTuple};
@@ -69,6 +69,12 @@ struct LazyTree {
 }
 
 impl LazyTree {
+    fn of(bvh: Arc<Bvh>) -> LazyTree {
+        let tree = LazyTree::default();
+        tree.made.get_or_init(|| Ok(bvh));
+        tree
+    }
+
     /// The next tree, which begins as this one, or as the one before if there is none.
     fn next(&self) -> LazyTree {
         let made = match self.made.get() {
@@ -86,11 +92,10 @@ impl LazyTree {
         self.before.try_lock().ok()?.take()
     }
 
-    /// Gives the tree back, which has not changed.
-    fn give_before(&self, bvh: Arc<Bvh>) {
-        if let Ok(mut before) = self.before.try_lock() {
-            *before = Some(bvh);
-        }
+    /// Why a refit of the tree before the last changes would be refused.
+    fn refusal(&self, scene: &Scene) -> Option<UpdateError> {
+        let before = self.before.try_lock().ok()?;
+        before.as_ref()?.refusal(scene)
     }
 }
 
@@ -107,11 +112,12 @@ impl Snapshot {
         if let Some(Ok(bvh)) = self.tree.made.get() {
             return Ok(Arc::clone(bvh));
         }
-        let tree = py.detach(|| self.tree.made.get_or_init(|| self.build()).clone());
-        tree.map_err(value_error)
+        let tree = py.detach(|| self.follow(UpdateMode::Auto));
+        tree.map(|(bvh, _)| bvh).map_err(value_error)
     }
 
-    fn build(&self) -> Result<Arc<Bvh>, String> {
+    /// The tree, from the one before if there is one, and what was done.
+    fn build(&self, mode: UpdateMode) -> Result<(Arc<Bvh>, UpdateReport), String> {
         let prims = self.scene.id_count();
         if prims > MAX_PRIMS {
             return Err(format!(
@@ -120,48 +126,47 @@ impl Snapshot {
         }
         if let Some(mut bvh) = self.tree.take_before() {
             // A copy, if a query still uses it.
-            Arc::make_mut(&mut bvh).update(&self.scene);
-            return Ok(bvh);
+            let updated = Arc::make_mut(&mut bvh).update_with(&self.scene, mode);
+            return updated
+                .map(|report| (bvh, report))
+                .map_err(|refused| refused.to_string());
         }
         let valid = self.scene.validate().map_err(|error| error.to_string());
-        valid.map(|()| Arc::new(Bvh::build_with(&self.scene, &self.settings)))
-    }
-
-    /// Lets the tree before the last changes follow, by these rules; says what was done.
-    fn follow(&self, mode: UpdateMode) -> Result<UpdateReport, String> {
-        if self.tree.made.get().is_some() {
-            return Ok(UpdateReport::default());
-        }
-        let Some(mut bvh) = self.tree.take_before() else {
-            return Ok(UpdateReport {
+        valid.map(|()| {
+            let report = UpdateReport {
                 work: UpdateWork::Rebuilt,
                 ..UpdateReport::default()
-            });
-        };
-        // A copy, if a query still uses it.
-        let updated = Arc::make_mut(&mut bvh).update_with(&self.scene, mode);
-        match updated {
-            Ok(report) => {
-                self.tree.made.get_or_init(|| Ok(bvh));
-                Ok(report)
-            }
-            Err(refused) => {
-                self.tree.give_before(bvh);
-                Err(refused.to_string())
-            }
+            };
+            (
+                Arc::new(Bvh::build_with(&self.scene, &self.settings)),
+                report,
+            )
+        })
+    }
+
+    /// Lets the tree before the last changes follow, by these rules; returns it, and what was done.
+    fn follow(&self, mode: UpdateMode) -> Result<(Arc<Bvh>, UpdateReport), String> {
+        if mode == UpdateMode::RefitOnly
+            && let Some(refused) = self.tree.refusal(&self.scene)
+        {
+            return Err(refused.to_string());
         }
+        let mut done = UpdateReport::default();
+        let made = self.tree.made.get_or_init(|| {
+            let (bvh, report) = self.build(mode)?;
+            done = report;
+            Ok(bvh)
+        });
+        Ok((Arc::clone(made.as_ref().map_err(String::clone)?), done))
     }
 }
 
 impl PyScene {
     fn of(scene: Scene, bvh: Option<Bvh>) -> PyScene {
-        let tree = LazyTree::default();
-        if let Some(bvh) = bvh {
-            tree.made.get_or_init(|| Ok(Arc::new(bvh)));
-        }
+        let tree = bvh.map(|bvh| LazyTree::of(Arc::new(bvh)));
         let now = Snapshot {
             scene: Arc::new(scene),
-            tree: Arc::new(tree),
+            tree: Arc::new(tree.unwrap_or_default()),
             settings: BuildSettings::default(),
         };
         PyScene {
@@ -593,8 +598,15 @@ impl PyScene {
             }
         };
         let now = self.now(py);
-        let report = py.detach(|| now.follow(mode)).map_err(value_error)?;
-        let bvh = now.tree(py)?;
+        let (mut bvh, mut report) = py.detach(|| now.follow(mode)).map_err(value_error)?;
+        if mode == UpdateMode::Rebuild && report.work == UpdateWork::Nothing {
+            let fresh = py.detach(|| Bvh::build_with(&now.scene, &now.settings));
+            (bvh, report.work) = (Arc::new(fresh), UpdateWork::Rebuilt);
+            let mut current = self.lock(py);
+            if Arc::ptr_eq(&current.scene, &now.scene) {
+                current.tree = Arc::new(LazyTree::of(Arc::clone(&bvh)));
+            }
+        }
         py.detach(|| bvh.build_wide(0));
         let work = match report.work {
             UpdateWork::Nothing => "nothing",

@@ -24,8 +24,10 @@ impl Stamp {
 pub struct Edits {
     /// The scene itself, and the number of primitives that no call has added as a geometry.
     scene: (Stamp, usize),
-    /// Primitives of geometries and prototypes.
+    /// Number of primitives of geometries and prototypes.
     in_places: usize,
+    /// Number of the others when one of those was added last.
+    by_hand: usize,
     geometries: Vec<PartStamps>,
     prototypes: Vec<PartStamps>,
 }
@@ -59,6 +61,7 @@ impl Default for Edits {
         Edits {
             scene: (Stamp::new(), 0),
             in_places: 0,
+            by_hand: 0,
             geometries: Vec::new(),
             prototypes: Vec::new(),
         }
@@ -121,8 +124,14 @@ impl Edits {
         stamps_of(&mut self.prototypes, prototype).position = Stamp::new();
     }
 
-    /// Adds primitives to those of geometries and prototypes.
-    pub(crate) fn add_to_places(&mut self, prims: usize) {
+    /// Adds primitives to those of geometries and prototypes, behind `before` ones. Primitives that
+    /// were added by hand before them have numbers that they have in no other scene.
+    pub(crate) fn add_to_places(&mut self, before: usize, prims: usize) {
+        let by_hand = before.saturating_sub(self.in_places);
+        if by_hand != self.by_hand {
+            self.mark_everything();
+            self.by_hand = by_hand;
+        }
         self.in_places += prims;
     }
 

@@ -4,6 +4,7 @@ use crate::bounds::Bounds;
 use crate::column::Column;
 use crate::prim_places::{FreePlace, PrimPlace};
 use std::collections::BTreeSet;
+use std::fmt;
 
 /// Number of a geometry, from 0 in the order in which geometries were added. The number of one that
 /// was removed is given to a later one: see `Scene::remove`.
@@ -82,10 +83,23 @@ pub struct Geometries {
     /// Places of what was added as slices, prototypes among them, ascending: the first primitive,
     /// how many fit, the first vertex, how many fit, and how many are in use.
     pub places: Column<[u32; 5]>,
+    pub(crate) past: PastGeometries,
+}
+
+/// Geometries as they were.
+#[derive(Clone, Default)]
+pub(crate) struct PastGeometries {
     /// Boxes of all positions before the present ones, by geometry.
-    pub(crate) former: Vec<Bounds>,
+    pub(crate) bounds: Vec<Bounds>,
     /// Places of what was removed; `None` until they are looked up.
     pub(crate) free: Option<BTreeSet<FreePlace>>,
+}
+
+/// The past is no part of what a scene is.
+impl fmt::Debug for PastGeometries {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("PastGeometries")
+    }
 }
 
 impl Geometries {
@@ -126,16 +140,20 @@ impl Geometries {
 
     /// The box of all positions that a geometry has had, without the present ones.
     pub fn former_bounds(&self, id: GeomId) -> Bounds {
-        self.former.get(id as usize).copied().unwrap_or_default()
+        self.past
+            .bounds
+            .get(id as usize)
+            .copied()
+            .unwrap_or_default()
     }
 
     /// Adds to the positions that a geometry has had.
     pub(crate) fn leave_bounds(&mut self, id: GeomId, bounds: Bounds) {
         let row = id as usize;
-        if self.former.len() <= row {
-            self.former.resize(row + 1, Bounds::EMPTY);
+        if self.past.bounds.len() <= row {
+            self.past.bounds.resize(row + 1, Bounds::EMPTY);
         }
-        self.former[row] = self.former[row].union(bounds);
+        self.past.bounds[row] = self.past.bounds[row].union(bounds);
     }
 
     /// Sets how many vertices of a place are in use.
@@ -183,6 +201,14 @@ impl Geometries {
         self.get(id).filter(|_| mask != Some(0))
     }
 
+    /// Number of stored primitives of a geometry; none of an instance.
+    pub fn prims_of(&self, id: GeomId) -> usize {
+        match self.get(id) {
+            Some(Geometry::Prims { count, .. }) => count as usize,
+            _ => 0,
+        }
+    }
+
     /// Replaces a geometry by another one in its place, which all rays hit.
     pub(crate) fn replace(&mut self, id: GeomId, geometry: Geometry) {
         let row = id as usize;
@@ -195,17 +221,18 @@ impl Geometries {
     pub(crate) fn first_wrong(&self, prims: usize, instances: usize) -> Option<GeomId> {
         let (mut end, mut next_instance) = (0, 0);
         let is_wrong = |&(_, geometry): &(GeomId, Geometry)| match geometry {
+            Geometry::Prims { count: 0, .. } => false,
             Geometry::Prims { first, count } => {
-                let overlaps = count > 0 && u64::from(first) < end;
-                end = end.max(u64::from(first) + u64::from(count));
-                overlaps || end > prims as u64
+                let place = self.prim_place(first);
+                let fits = place.is_some_and(|place| count <= place.prims);
+                let overlaps = u64::from(first) < end;
+                end = u64::from(first) + u64::from(count);
+                overlaps || !fits || end > prims as u64
             }
             Geometry::RemovedPrims { first } => {
-                let overlaps = self.prim_place(first).is_some() && u64::from(first) < end;
-                end = end.max(
-                    self.prim_place(first)
-                        .map_or(0, |p| u64::from(p.all_prims().end)),
-                );
+                let place = self.prim_place(first);
+                let overlaps = place.is_some() && u64::from(first) < end;
+                end = place.map_or(end, |place| place.all_prims().end.into());
                 overlaps || end > prims as u64
             }
             Geometry::Instance(k) | Geometry::RemovedInstance(k) => {
@@ -220,16 +247,15 @@ impl Geometries {
     /// The first place that is not within these many primitives and vertices, and behind the one
     /// before.
     pub(crate) fn first_wrong_place(&self, prims: usize, vertices: usize) -> Option<usize> {
-        let mut end = 0;
+        let (mut end, mut end_vertex) = (0, 0);
         self.places.iter().position(|&row| {
             let place = PrimPlace::of_row(row);
-            let before = end;
-            end = u64::from(place.first_prim) + u64::from(place.prims);
-            let end_vertex = u64::from(place.first_vertex) + u64::from(place.vertices);
-            u64::from(place.first_prim) < before
-                || end > prims as u64
-                || end_vertex > vertices as u64
-                || row[4] > place.vertices
+            let [first, first_vertex] = [place.first_prim, place.first_vertex].map(u64::from);
+            let overlaps = first < end || place.vertices > 0 && first_vertex < end_vertex;
+            end = first + u64::from(place.prims);
+            end_vertex = end_vertex.max(first_vertex + u64::from(place.vertices));
+            let is_beyond = end > prims as u64 || end_vertex > vertices as u64;
+            overlaps || is_beyond || place.prims == 0 || row[4] > place.vertices
         })
     }
 

@@ -191,7 +191,10 @@ impl Scene {
             let row = self.prims[first as usize].index();
             self.spheres.replace(row, centers, radii);
         } else {
-            for (&center, &radius) in centers.iter().zip(radii) {
+            let place = self.geometries.prim_place(first);
+            let room = place.map_or(0, |place| place.prims as usize);
+            let spare = std::iter::repeat_n((&[0.0; 3], &1.0), room - centers.len());
+            for (&center, &radius) in centers.iter().zip(radii).chain(spare) {
                 self.add_sphere(Vec3::from(center), radius, 0);
             }
         }
@@ -274,7 +277,6 @@ impl Scene {
         let count = count.filter(|&count| count > 0);
         let count = count.ok_or(GeometryError::NoPrototype(mesh))?;
         let maps = Instances::maps(to_world).ok_or(GeometryError::NotInvertible)?;
-        self.number(count.into())?;
         let taken = self.take_place(PlaceKind::Instance, count, 0);
         let id = if let Some(id) = taken {
             let k = self.geometries.first[id as usize];
@@ -283,6 +285,7 @@ impl Scene {
             self.geometries.replace(id, Geometry::Instance(k));
             id
         } else {
+            self.number(count.into())?;
             let first = self.instanced_count() as u32;
             self.instances.push(mesh, first, maps);
             let number = self.instances.len() as u32 - 1;
@@ -361,13 +364,19 @@ impl Scene {
             self.geometries.use_vertices(first, vertices.len() as u32);
             return Ok((taken, first));
         }
+        let place = self.geometries.prim_place(first);
+        let room = place.map_or([0; 2], |place| [place.prims, place.vertices]);
+        let [prims, rows] = room.map(|room| room as usize);
         let mut positions = Vec3s::default();
         for (axis, column) in positions.parts_mut().into_iter().enumerate() {
-            column.extend(vertices.iter().map(|vertex| vertex[axis]));
+            let spare = std::iter::repeat_n(vertices[0][axis], rows - vertices.len());
+            column.extend(vertices.iter().map(|vertex| vertex[axis]).chain(spare));
         }
+        let mut corners = indices.to_vec();
+        corners.resize(prims, [0; 3]);
         self.append_mesh(Mesh {
             vertices: positions,
-            corners: indices.to_vec().into(),
+            corners: corners.into(),
             material: MeshMaterial::One(0),
             ..Mesh::default()
         });
@@ -398,6 +407,10 @@ impl Scene {
             return Ok((Some(number), first));
         }
         let first_vertex = self.triangles.vertices.len();
+        // What grows again and again would leave a place of each size behind.
+        let grows = self.has_smaller_place(kind, prims as u32);
+        let used = vertices as u32;
+        let [prims, vertices] = [prims, vertices].map(|n| if grows { n + n / 2 } else { n });
         let all = (self.prim_count() + prims).max(first_vertex + vertices);
         if all > limit {
             return Err(GeometryError::TooMany(all));
@@ -407,9 +420,9 @@ impl Scene {
         let first = self.prim_count() as u32;
         if prims > 0 {
             let (prims, vertices) = (prims as u32, vertices as u32);
-            let row = [first, prims, first_vertex as u32, vertices, vertices];
+            let row = [first, prims, first_vertex as u32, vertices, used];
             self.geometries.places.push(row);
-            self.edits.add_to_places(prims as usize);
+            self.edits.add_to_places(first as usize, prims as usize);
         }
         Ok((None, first))
     }

@@ -45,7 +45,11 @@ impl Scene {
         }
         let resolved = self.resolve(prim_id);
         // The number may be free, of a larger mesh that an instance showed before.
-        if resolved.prim as usize >= self.prim_count() {
+        let shows = |k: u32| {
+            let mesh = self.instances.mesh[k as usize] as usize;
+            self.meshes.prims(mesh).contains(&resolved.prim)
+        };
+        if resolved.instance.is_some_and(|k| !shows(k)) {
             return [None; 2];
         }
         let [object, material] = self.names.of_prim(resolved.prim);

@@ -1,9 +1,10 @@
 //! Scenes where things come and go: geometries removed, and their places taken by later ones.
 //!
-//! What is removed leaves its primitives, its vertices and its number behind. The next geometry of
+//! What is removed leaves its primitives, its vertices and its number behind. A later geometry of
 //! its kind that fits takes them all: the smallest place is chosen, and the lowest number among
-//! equal ones. So no number of what stays ever changes, and a scene has no more rows than the
-//! largest geometries that it had at a time.
+//! equal ones. So a removal changes no number of what stays. A place that is made while smaller
+//! ones are free has room for half as many again, and one that is eight times too large is not
+//! taken, so that a scene in which as much comes as goes has a bounded number of rows.
 
 use super::{GeometryError, NO_NAME, Scene};
 use crate::geometries::{GeomId, Geometry};
@@ -11,13 +12,16 @@ use crate::prim_places::{FreePlace, PlaceKind};
 use crate::prims::PrimKind;
 use std::collections::BTreeSet;
 
+/// Most rows of a place for each one that is needed.
+const MOST_ROOM: u32 = 8;
+
 impl Scene {
     /// Removes a geometry: no ray hits it any more, and every other one keeps its number and those
     /// of its primitives. Trees follow by `Bvh::update`.
     ///
-    /// The number, the primitives' numbers and the memory go to the next geometry of this kind (a
-    /// mesh, spheres, an instance) that has no more primitives and vertices than this one had. An
-    /// instance that shows more is appended. So a scene in which things come and go does not grow.
+    /// The number, the primitives' numbers and the memory go to a later geometry of this kind (a
+    /// mesh, spheres, an instance) that fits. So a scene in which as much comes as goes does not
+    /// grow. Names stay in the table of names.
     ///
     /// # Errors
     /// [`GeometryError::NoGeometry`].
@@ -49,7 +53,7 @@ impl Scene {
                 self.instances.name[k as usize] = NO_NAME;
                 Geometry::RemovedInstance(k)
             }
-            removed => removed,
+            Geometry::RemovedPrims { .. } | Geometry::RemovedInstance(_) => return Ok(()),
         };
         self.geometries.replace(geometry, removed);
         self.edits.mark_contents(geometry);
@@ -92,7 +96,8 @@ impl Scene {
         (self.geometries.get(id)).ok_or(GeometryError::NoGeometry { kind, id })
     }
 
-    /// Takes the smallest free place that fits, and returns the number of what was there.
+    /// Takes the smallest free place that fits, and returns the number of what was there. One that
+    /// is far too large waits for another.
     pub(crate) fn take_place(&mut self, kind: PlaceKind, prims: u32, vertices: u32) -> Option<u32> {
         let from = FreePlace {
             kind,
@@ -102,21 +107,38 @@ impl Scene {
         };
         let free = self.free_places();
         let all_larger = free.range(from..).take_while(|place| place.kind == kind);
-        let chosen = *all_larger.into_iter().find(|p| p.vertices >= vertices)?;
+        let fits = |place: &&FreePlace| {
+            let most = |count: u32| count.saturating_mul(MOST_ROOM).max(MOST_ROOM);
+            let is_instance = kind == PlaceKind::Instance;
+            let is_near = place.prims <= most(prims) && place.vertices <= most(vertices);
+            place.vertices >= vertices && (is_instance || is_near)
+        };
+        let chosen = *all_larger.into_iter().find(fits)?;
         free.remove(&chosen);
         Some(chosen.number)
     }
 
+    /// Returns true if there is a free place of this kind, but too small.
+    pub(crate) fn has_smaller_place(&mut self, kind: PlaceKind, prims: u32) -> bool {
+        let [first, end] = [0, prims].map(|prims| FreePlace {
+            kind,
+            prims,
+            vertices: 0,
+            number: 0,
+        });
+        self.free_places().range(first..end).next().is_some()
+    }
+
     /// The free places; those of a scene from a cache are looked up once.
     fn free_places(&mut self) -> &mut BTreeSet<FreePlace> {
-        if self.geometries.free.is_none() {
+        if self.geometries.past.free.is_none() {
             let geometries = self.geometries.iter();
             let free = geometries.filter_map(|(id, geometry)| self.place_of_removed(id, geometry));
             let prototypes = (0..self.meshes.len() as u32)
                 .filter_map(|prototype| self.place_of_removed_prototype(prototype));
-            self.geometries.free = Some(free.chain(prototypes).collect());
+            self.geometries.past.free = Some(free.chain(prototypes).collect());
         }
-        self.geometries.free.get_or_insert_default()
+        self.geometries.past.free.get_or_insert_default()
     }
 
     /// The place of a removed geometry.

@@ -49,9 +49,17 @@ impl Scene {
 
     /// Largest coordinate of all visible primitives, of the camera and of the lights.
     fn largest_coordinate(&self) -> f64 {
-        let shapes =
-            if self.meshes.is_empty() { self.largest_stored() } else { self.largest_seen() };
+        let shapes = if self.has_only_the_world() {
+            self.largest_stored()
+        } else {
+            self.largest_seen()
+        };
         shapes.max(self.largest_of_view_and_lights())
+    }
+
+    /// Returns true if all that is stored is visible, or may be.
+    fn has_only_the_world(&self) -> bool {
+        self.meshes.is_empty() && self.geometries.is_empty()
     }
 
     fn largest_of_view_and_lights(&self) -> f64 {
@@ -74,7 +82,7 @@ impl Scene {
     fn largest_seen(&self) -> f64 {
         let world = self.largest_reach(self.world_runs());
         let meshes = self.bounds_of_meshes();
-        let instances = (0..self.instances.len()).map(|k| {
+        let instances = self.visible_instances().map(|k| {
             let mesh = self.instances.mesh[k] as usize;
             let (lo, hi) = self.instances.corners(k, meshes[mesh]);
             lo.abs().max(hi.abs()).max_element()

@@ -136,8 +136,21 @@ impl Scene {
         if let Some(row) = geometries.first_wrong_place(prims, vertices) {
             return Err(column("mesh", "vertices", row, "out of range"));
         }
-        match geometries.first_wrong(prims, self.instances.len()) {
-            Some(id) => Err(column("geometry", "run", id as usize, "out of range")),
+        if let Some(id) = geometries.first_wrong(prims, self.instances.len()) {
+            return Err(column("geometry", "run", id as usize, "out of range"));
+        }
+        let rows_are_mixed = |row: &[u32; 5]| {
+            let own = &self.prims[row[0] as usize..][..row[1] as usize];
+            let kind = match row[3] {
+                0 => PrimKind::Sphere,
+                _ => PrimKind::Triangle,
+            };
+            let first = own.first().map_or(0, |prim| prim.index());
+            let expected = |k: usize| Prim::new(kind, (first + k) as u32);
+            !own.iter().enumerate().all(|(k, prim)| *prim == expected(k))
+        };
+        match geometries.places.iter().position(rows_are_mixed) {
+            Some(row) => Err(column("mesh", "vertices", row, "of mixed rows")),
             None => Ok(()),
         }
     }
@@ -172,15 +185,18 @@ impl Scene {
             return Err(SceneError::TooManyShown(ids));
         }
         let mut end = 0;
-        for k in self.present_instances() {
-            let (first, count) = (instances.first[k], meshes.count[instances.mesh[k] as usize]);
-            if count == 0 {
-                return Err(column("instance", "mesh", k, "without primitives"));
-            }
+        let mut present = self.present_instances().peekable();
+        for (k, &first) in instances.first.iter().enumerate() {
             if u64::from(first) < end {
                 return Err(column("instance", "number", k, "among those before"));
             }
-            end = u64::from(first) + u64::from(count);
+            // Those that were removed may name a mesh that is another by now.
+            let is_present = present.next_if_eq(&k).is_some();
+            let count = meshes.count[instances.mesh[k] as usize];
+            if is_present && count == 0 {
+                return Err(column("instance", "mesh", k, "without primitives"));
+            }
+            end = u64::from(first) + if is_present { u64::from(count) } else { 0 };
         }
         Ok(())
     }

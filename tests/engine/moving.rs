@@ -383,6 +383,71 @@ fn trees_follow_copies_that_part() {
     }
 }
 
+/// Checks that a mesh that grows, and is removed and added each time, leaves no place of each size.
+#[test]
+fn a_mesh_that_grows_takes_no_more_room_than_it_needs() {
+    let mut scene = Scene::new();
+    let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    for count in 1..500 {
+        let mesh = scene
+            .add_mesh(&corners, &vec![[0, 1, 2]; count])
+            .expect("a mesh");
+        assert_eq!(scene.visible_count(), count as u64);
+        assert!(scene.validate().is_ok());
+        scene.remove(mesh).expect("a mesh");
+        let ball = scene.add_spheres(&vec![[0.0; 3]; count], &vec![1.0; count]);
+        scene.remove(ball.expect("spheres")).expect("spheres");
+    }
+    assert!(scene.prim_count() < 10 * 500, "{}", scene.prim_count());
+    assert!(scene.geometries.len() < 60, "{}", scene.geometries.len());
+}
+
+/// Checks that many parts in one place are joined in time, at depths that a stack holds.
+#[test]
+fn parts_of_equal_boxes_are_joined_in_halves() {
+    let mut scene = Scene::new();
+    let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    let all = vec![[0, 1, 2]; 5000];
+    scene.add_mesh(&corners, &all).expect("a mesh");
+    let mut bvh = Bvh::build(&scene);
+    bvh.build_wide(1);
+    let depth = bvh.depth();
+    for k in 0..4000 {
+        // Half of them in one place, half in boxes that grow.
+        let size = 1.0 + (k % 2 * k) as f32;
+        let corners = corners.map(|corner| corner.map(|c| c * size));
+        scene.add_mesh(&corners, &[[0, 1, 2]]).expect("a mesh");
+    }
+    let report = bvh.update_with(&scene, UpdateMode::Auto).expect("a tree");
+    assert!(report.work == UpdateWork::Rebuilt || bvh.depth() < depth + 64);
+    assert_follows(&scene, &bvh, &mut Rng::new(4));
+}
+
+/// Checks that numbers of free instances are no one's, and that a damaged scene's are refused.
+#[test]
+fn numbers_of_removed_instances_are_checked() {
+    let mut scene = Scene::new();
+    let corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    let many = scene
+        .add_prototype(&corners, &[[0, 1, 2]; 5])
+        .expect("a mesh");
+    let one = scene.add_prototype(&corners, &[[0, 1, 2]]).expect("a mesh");
+    let placed = [(); 3].map(|()| {
+        let placed = scene.add_instance(many, DAffine3::IDENTITY);
+        placed.expect("a place")
+    });
+    scene.remove(placed[0]).expect("an instance");
+    assert_eq!(scene.add_instance(one, DAffine3::IDENTITY), Ok(placed[0]));
+    scene.set_name(placed[0], "leaf").expect("an instance");
+    let first = scene.instance_first_id(0);
+    assert_eq!(scene.prim_names(first)[0], Some("leaf"));
+    assert_eq!(scene.prim_names(first + 1), [None; 2]);
+    scene.remove(placed[0]).expect("an instance");
+    assert!(scene.validate().is_ok());
+    scene.instances.first[0] = 1000;
+    assert!(scene.validate().is_err());
+}
+
 /// Checks that an instance which was hidden and shown while its prototype moved is where that is.
 #[test]
 fn instances_that_were_hidden_follow_their_prototype() {

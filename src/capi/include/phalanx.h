@@ -187,8 +187,8 @@ phx_status phx_scene_set_transform(phx_scene *scene, uint32_t geom_id, const dou
 phx_status phx_scene_set_mask(phx_scene *scene, uint32_t geom_id, uint32_t mask);
 
 /**
- * Removes a geometry. All others keep their numbers and those of their primitives. The next geometry of this kind (mesh, spheres,
- * instance) with no more primitives and vertices takes its number, its primitives' and its memory.
+ * Removes a geometry. All others keep their numbers and those of their primitives. A later geometry of this kind (mesh, spheres,
+ * instance) that fits takes its number, its primitives' and its memory.
  */
 phx_status phx_scene_remove(phx_scene *scene, uint32_t geom_id);
 
@@ -237,7 +237,7 @@ typedef enum phx_update_mode {
     PHX_UPDATE_AUTO = 0,
     /** No tree is built over primitives: PHX_ERROR_REFIT if that takes one. Frames take about as long as each other. */
     PHX_UPDATE_REFIT_ONLY = 1,
-    /** Everything is built, if anything has changed. */
+    /** Everything is built. */
     PHX_UPDATE_REBUILD = 2
 } phx_update_mode;
 
@@ -252,7 +252,7 @@ typedef struct phx_update_settings {
 typedef enum phx_update_work {
     /** The scene was as the tree was, but for masks. */
     PHX_UPDATE_NOTHING = 0,
-    /** The tree has followed; all but what is listed is as it was. */
+    /** The tree has followed, in what is listed. */
     PHX_UPDATE_REFITTED = 1,
     /** Everything was built anew. */
     PHX_UPDATE_REBUILT = 2
@@ -261,8 +261,8 @@ typedef enum phx_update_work {
 /** What an update did. The caller sets `size`, `geom_ids` and `capacity`. */
 typedef struct phx_update_result {
     size_t size;
-    /** Null, or room for the numbers of geometries: those refitted or moved, then those that got trees of their own, then those
-     * that no ray hits any more. */
+    /** Null, or room for the numbers of geometries: those refitted, and instances added, moved or shown; then those that got trees
+     * of their own; then those that no ray hits any more. */
     uint32_t *geom_ids;
     /** How many numbers fit; the rest is left out. */
     size_t capacity;

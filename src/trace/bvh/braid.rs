@@ -15,6 +15,9 @@ const OPENED_PER_ROOT: usize = 8;
 /// Share of the area of several subtrees from which on one of them is opened.
 const OPENED_SHARE: f32 = 0.5;
 
+/// Levels from which on sets are halved by count, so that none is divided too often.
+const MAX_SWEEPS: usize = 24;
+
 /// A subtree, and its box.
 pub(in crate::bvh) type BraidItem<T> = (T, Bounds);
 
@@ -67,16 +70,17 @@ pub(in crate::bvh) fn braid<T: Copy>(
                 set.extend(below);
             }
         }
-        let node = groups(&mut set, width)
-            .into_iter()
-            .map(|group| match group {
-                [only] => (BraidChild::Subtree(only.0), only.1),
-                more => {
-                    waiting.push_back((more.to_vec(), level + 1));
-                    let number = all.nodes.len() + waiting.len();
-                    (BraidChild::Node(number), bounds_of(more))
-                }
-            });
+        let node =
+            groups(&mut set, width, level > MAX_SWEEPS)
+                .into_iter()
+                .map(|group| match group {
+                    [only] => (BraidChild::Subtree(only.0), only.1),
+                    more => {
+                        waiting.push_back((more.to_vec(), level + 1));
+                        let number = all.nodes.len() + waiting.len();
+                        (BraidChild::Node(number), bounds_of(more))
+                    }
+                });
         let node = node.collect();
         all.nodes.push(node);
     }
@@ -89,7 +93,7 @@ fn bounds_of<T>(set: &[BraidItem<T>]) -> Bounds {
 }
 
 /// Divides a set into as many groups as a node has children, or into one for each subtree.
-fn groups<T>(set: &mut [BraidItem<T>], width: usize) -> Vec<&mut [BraidItem<T>]> {
+fn groups<T>(set: &mut [BraidItem<T>], width: usize, halves: bool) -> Vec<&mut [BraidItem<T>]> {
     let mut groups = vec![set];
     while groups.len() < width {
         let many = (0..groups.len()).filter(|&k| groups[k].len() > 1);
@@ -98,7 +102,7 @@ fn groups<T>(set: &mut [BraidItem<T>], width: usize) -> Vec<&mut [BraidItem<T>]>
             break;
         };
         let group = groups.swap_remove(largest);
-        let middle = divide(group);
+        let middle = if halves { group.len() / 2 } else { divide(group) };
         let (left, right) = group.split_at_mut(middle);
         groups.extend([left, right]);
     }
@@ -127,6 +131,11 @@ fn divide<T>(set: &mut [BraidItem<T>]) -> usize {
         let rest = (set.len() - count) as f32;
         (area * count as f32 + right[count] * rest, count)
     });
-    let best = costs.min_by(|a, b| a.0.total_cmp(&b.0));
+    // Of equal boxes, halves.
+    let half = set.len() / 2;
+    let best = costs.min_by(|a, b| {
+        let by_cost = a.0.total_cmp(&b.0);
+        by_cost.then(a.1.abs_diff(half).cmp(&b.1.abs_diff(half)))
+    });
     best.map_or(1, |(_, count)| count)
 }

@@ -1,13 +1,11 @@
 //! The plan of an update: which parts of a tree leave, come and move.
 
-use super::node::LeafKind;
 use super::report::{UpdateError, UpdateMode, UpdateReport};
 use super::tree_parts::{TreeParts, TreePlace};
 use phalanx_scene::{GeomId, Geometry, PartChange, PrimPlace, Scene, SceneChanges};
 
-/// The quotient of the world's primitives and those among them that have moved, up to which these
-/// are refitted among all others. Fewer get trees of their own, so that later moves cost only
-/// theirs.
+/// The world's primitives over those of its meshes that have moved: up to this quotient, they are
+/// refitted in place. Fewer get trees of their own, so that later moves cost only theirs.
 const REFITTED_SHARE: usize = 4;
 
 /// The parts that change in an update.
@@ -79,7 +77,13 @@ impl UpdatePlan {
         plan.add_instances_of_changed(scene, parts);
         plan.move_in_world(parts, mode);
         plan.report.sort();
-        Some(plan)
+        let come = plan
+            .report
+            .built
+            .iter()
+            .map(|&id| scene.geometries.prims_of(id));
+        let outweighs = come.sum::<usize>() > parts.world_prims();
+        (mode == UpdateMode::RefitOnly || !outweighs).then_some(plan)
     }
 
     fn add_prototype(&mut self, scene: &Scene, parts: &TreeParts, change: &PartChange) {
@@ -162,10 +166,8 @@ impl UpdatePlan {
     /// Lets geometries move within the world's tree, or leave it for trees of their own.
     fn move_in_world(&mut self, parts: &TreeParts, mode: UpdateMode) {
         let moved: usize = self.moved.iter().map(|(_, prims)| prims).sum();
-        let world = &parts.world.slots[..LeafKind::Instance.number()];
-        let all: usize = world.iter().map(|rows| rows.len()).sum();
         let ids = self.moved.iter().map(|(id, _)| *id);
-        if mode == UpdateMode::RefitOnly || moved * REFITTED_SHARE >= all {
+        if mode == UpdateMode::RefitOnly || moved * REFITTED_SHARE >= parts.world_prims() {
             self.moves_world = moved > 0;
             self.report.refitted.extend(ids);
         } else {

@@ -14,7 +14,7 @@ pub enum UpdateMode {
     /// primitives. A frame takes about as long as the one before, and rays may take longer with
     /// each: see [`Bvh::cost_growth`].
     RefitOnly,
-    /// Everything is built, if anything has changed: the tree is that of [`Bvh::build`].
+    /// Everything is built: the tree is that of [`Bvh::build`].
     Rebuild,
 }
 
@@ -24,7 +24,7 @@ pub enum UpdateWork {
     /// The scene was as the tree was, but for masks.
     #[default]
     Nothing,
-    /// The tree has followed; all but what the report lists is as it was.
+    /// The tree has followed, in what the report lists.
     Refitted,
     /// Everything was built anew.
     Rebuilt,
@@ -36,7 +36,7 @@ pub enum UpdateWork {
 pub struct UpdateReport {
     /// Kind of the work.
     pub work: UpdateWork,
-    /// Geometries whose boxes were refitted, and instances that got another place.
+    /// Geometries whose boxes were refitted, and instances that were added, moved or shown.
     pub refitted: Vec<GeomId>,
     /// Geometries that were added, shown or moved, and got a tree of their own.
     pub built: Vec<GeomId>,

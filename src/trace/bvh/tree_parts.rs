@@ -113,6 +113,12 @@ impl TreeParts {
         })
     }
 
+    /// Number of primitives in the world's tree, with those that have left it.
+    pub(super) fn world_prims(&self) -> usize {
+        let rows = &self.world.slots[..LeafKind::Instance.number()];
+        rows.iter().map(|rows| rows.len()).sum()
+    }
+
     /// Where a geometry is, to be changed.
     pub(super) fn place_of(&mut self, id: GeomId) -> &mut TreePlace {
         let row = id as usize;

@@ -26,12 +26,13 @@ impl Bvh {
     /// among many, the first move builds a tree of its own, too, if it is less than a quarter of
     /// all. A part is built anew if refits have made it cost 1.5 times as much as when it was
     /// built, by the surface area heuristic, and everything if that holds of the whole
-    /// ([`Bvh::cost_growth`]): that takes as long as the build. [`Bvh::update_with`] has other
-    /// rules.
+    /// ([`Bvh::cost_growth`]), or if more comes than was there: that takes as long as the build.
+    /// [`Bvh::update_with`] has other rules.
     ///
     /// The settings are those of the build. [`Bvh::wide`] follows, too, if it has been built.
     /// Columns that were changed by hand are not noticed, but for added primitives: build the tree
-    /// anew. Any tree can follow any scene; the cost is that of what differs.
+    /// anew. Any tree can follow any scene; the cost is that of what differs, or a build. A mesh
+    /// that was hidden, moved and shown between two updates counts as added.
     ///
     /// Queries on other threads need a tree that stands still: keep two, and update one while the
     /// other is queried. A tree of many parts is worth a fresh build on another thread meanwhile:
@@ -96,20 +97,19 @@ impl Bvh {
         scene: &Scene,
         mode: UpdateMode,
     ) -> Result<UpdateReport, UpdateError> {
-        if self.is_current(scene) {
+        if mode != UpdateMode::Rebuild && self.is_current(scene) {
             self.geometries = GeometryStarts::of(scene);
             return Ok(UpdateReport::default());
         }
         let plan = UpdatePlan::of(self.parts.as_deref(), scene, mode)?;
         let settings = self.parts.as_ref().map(|parts| parts.settings);
         let settings = settings.unwrap_or_default();
-        let rows = scene.prims.len();
+        let (had_wide, rows) = (self.has_wide(), scene.prims.len());
         let report = plan.and_then(|plan| {
             let follow = || on_pool(|| self.follow(scene, plan, mode));
             run_on_threads(settings.threads, rows, follow)
         });
         Ok(report.unwrap_or_else(|| {
-            let had_wide = self.has_wide();
             *self = Bvh::build_with(scene, &settings);
             if had_wide {
                 self.build_wide(settings.threads);
@@ -119,6 +119,12 @@ impl Bvh {
                 ..UpdateReport::default()
             }
         }))
+    }
+
+    /// Why [`UpdateMode::RefitOnly`] would be refused, without doing anything.
+    pub fn refusal(&self, scene: &Scene) -> Option<UpdateError> {
+        let plan = UpdatePlan::of(self.parts.as_deref(), scene, UpdateMode::RefitOnly);
+        plan.err().filter(|_| !self.is_current(scene))
     }
 
     /// Returns true if the tree was built or updated for the scene as it is now. Trees from a cache
@@ -159,7 +165,9 @@ impl Bvh {
         let area = area(0);
         let instances = parts.instances.map_or(0.0, |(_, cost)| cost);
         let built = area + world + own.sum::<f64>() + instances;
-        if area > 0.0 { self.sah * area / built } else { 1.0 }
+        let growth = self.sah * area / built;
+        // Areas beyond single precision tell nothing.
+        if area > 0.0 && growth.is_finite() { growth } else { 1.0 }
     }
 
     /// The tree as a build makes it, for a file: this one, or another if parts have come and gone.
