@@ -10,7 +10,8 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 /// [`Bvh::intersect`] and [`Bvh::intersect_batch`].
 ///
 /// There is the world's tree, with a root at node 0 that always exists, and one tree per instanced
-/// mesh. Instances of a mesh continue at the root of its tree. A `Bvh` may be shared among threads,
+/// mesh. Instances of a mesh continue at the root of its tree. Geometries that came after the build
+/// have trees of their own, which the root leads to. A `Bvh` may be shared among threads,
 /// all of its queries take `&self`, and no answer depends on the trees' shape.
 ///
 /// ```
@@ -65,7 +66,8 @@ impl Default for Bvh {
 }
 
 impl Bvh {
-    /// Nodes, depth first. Every node index in them is in range, and every leaf's slots exist.
+    /// Nodes, depth first in a tree that was built. After updates there may be others, that nothing
+    /// leads to. Every node index in them is in range, and every leaf's slots exist.
     #[inline]
     pub fn nodes(&self) -> &[Node] {
         &self.nodes
