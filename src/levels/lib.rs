@@ -149,7 +149,7 @@ impl Bvh {
 }
 
 /// Batches. Their errors are those of [`phalanx::Bvh`].
-#[allow(clippy::missing_errors_doc)]
+#[allow(clippy::missing_errors_doc, reason = "said once for all of them")]
 impl Bvh {
     /// [`phalanx::Bvh::intersect_batch`].
     pub fn intersect_batch<'r>(

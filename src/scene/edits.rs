@@ -28,9 +28,13 @@ pub struct Edits {
     in_places: usize,
     /// Number of the others when one of those was added last.
     by_hand: usize,
-    geometries: Vec<PartStamps>,
-    prototypes: Vec<PartStamps>,
+    pub(crate) geometries: StampsByPart,
+    pub(crate) prototypes: StampsByPart,
 }
+
+/// Stamps of geometries, or of prototypes, by number. Those without a row have never been edited.
+#[derive(Clone, Default, PartialEq, Eq)]
+pub(crate) struct StampsByPart(Vec<PartStamps>);
 
 /// Stamps of a geometry or a prototype.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -62,8 +66,8 @@ impl Default for Edits {
             scene: (Stamp::new(), 0),
             in_places: 0,
             by_hand: 0,
-            geometries: Vec::new(),
-            prototypes: Vec::new(),
+            geometries: StampsByPart::default(),
+            prototypes: StampsByPart::default(),
         }
     }
 }
@@ -97,33 +101,6 @@ impl Edits {
         self.scene.0 = Stamp::new();
     }
 
-    /// Notes that a geometry has got other primitives, in a place of its own.
-    pub(crate) fn mark_added(&mut self, geometry: GeomId) {
-        let stamp = Stamp::new();
-        *stamps_of(&mut self.geometries, geometry) = PartStamps {
-            contents: stamp,
-            position: stamp,
-        };
-    }
-
-    /// Notes that a geometry was removed, shown or hidden.
-    pub(crate) fn mark_contents(&mut self, geometry: GeomId) {
-        stamps_of(&mut self.geometries, geometry).contents = Stamp::new();
-    }
-
-    pub(crate) fn mark_moved(&mut self, geometry: GeomId) {
-        stamps_of(&mut self.geometries, geometry).position = Stamp::new();
-    }
-
-    /// Notes that a prototype was added or removed.
-    pub(crate) fn mark_prototype(&mut self, prototype: u32) {
-        stamps_of(&mut self.prototypes, prototype).contents = Stamp::new();
-    }
-
-    pub(crate) fn mark_moved_prototype(&mut self, prototype: u32) {
-        stamps_of(&mut self.prototypes, prototype).position = Stamp::new();
-    }
-
     /// Adds primitives to those of geometries and prototypes, behind `before` ones. Primitives that
     /// were added by hand before them have numbers that they have in no other scene.
     pub(crate) fn add_to_places(&mut self, before: usize, prims: usize) {
@@ -146,32 +123,47 @@ impl Edits {
     pub(crate) fn changes_since(&self, before: &Edits) -> SceneChanges {
         SceneChanges {
             everything: self.scene != before.scene,
-            geometries: changes(&self.geometries, &before.geometries),
-            prototypes: changes(&self.prototypes, &before.prototypes),
+            geometries: self.geometries.changes_since(&before.geometries),
+            prototypes: self.prototypes.changes_since(&before.prototypes),
         }
     }
 }
 
-/// The stamps of a part; parts without stamps of their own have never been edited.
-fn stamps_of(parts: &mut Vec<PartStamps>, id: u32) -> &mut PartStamps {
-    let id = id as usize;
-    if parts.len() <= id {
-        parts.resize(id + 1, PartStamps::NONE);
+impl StampsByPart {
+    /// Notes that a part has got other primitives, in a place of its own.
+    pub(crate) fn mark_added(&mut self, id: u32) {
+        self.mark_contents(id);
+        self.mark_moved(id);
     }
-    &mut parts[id]
-}
 
-fn changes(now: &[PartStamps], before: &[PartStamps]) -> Vec<PartChange> {
-    let stamps = |parts: &[PartStamps], k: usize| parts.get(k).copied().unwrap_or(PartStamps::NONE);
-    let change = |k: usize| {
-        let [now, before] = [now, before].map(|parts| stamps(parts, k));
-        (now != before).then_some(PartChange {
-            id: k as GeomId,
-            contents: now.contents != before.contents,
-            moved: now.position != before.position,
-        })
-    };
-    (0..now.len().max(before.len()))
-        .filter_map(change)
-        .collect()
+    /// Notes that a part was removed, shown or hidden.
+    pub(crate) fn mark_contents(&mut self, id: u32) {
+        self.stamps(id).contents = Stamp::new();
+    }
+
+    pub(crate) fn mark_moved(&mut self, id: u32) {
+        self.stamps(id).position = Stamp::new();
+    }
+
+    fn stamps(&mut self, id: u32) -> &mut PartStamps {
+        let row = id as usize;
+        if self.0.len() <= row {
+            self.0.resize(row + 1, PartStamps::NONE);
+        }
+        &mut self.0[row]
+    }
+
+    fn changes_since(&self, before: &StampsByPart) -> Vec<PartChange> {
+        let change = |k: usize| {
+            let stamps = |parts: &StampsByPart| parts.0.get(k).copied();
+            let [now, before] = [self, before].map(|all| stamps(all).unwrap_or(PartStamps::NONE));
+            (now != before).then_some(PartChange {
+                id: k as GeomId,
+                contents: now.contents != before.contents,
+                moved: now.position != before.position,
+            })
+        };
+        let count = self.0.len().max(before.0.len());
+        (0..count).filter_map(change).collect()
+    }
 }

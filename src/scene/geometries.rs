@@ -28,44 +28,46 @@ pub enum Geometry {
     },
     /// An instance.
     Instance(u32),
-    /// Primitives that were removed, the first of which was this one.
-    RemovedPrims {
-        /// The first.
-        first: u32,
-    },
-    /// An instance that was removed.
+}
+
+/// A row of the table: a geometry, or what one that was removed has left.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum GeometryRow {
+    There(Geometry),
+    /// Primitives, the first of which was this one.
+    RemovedPrims(u32),
     RemovedInstance(u32),
 }
 
-impl Geometry {
-    fn of(first: u32, count: u32) -> Geometry {
+impl GeometryRow {
+    fn of(first: u32, count: u32) -> GeometryRow {
         match count {
-            INSTANCE => Geometry::Instance(first),
-            REMOVED_INSTANCE => Geometry::RemovedInstance(first),
-            REMOVED_PRIMS => Geometry::RemovedPrims { first },
-            count => Geometry::Prims { first, count },
+            INSTANCE => GeometryRow::There(Geometry::Instance(first)),
+            REMOVED_INSTANCE => GeometryRow::RemovedInstance(first),
+            REMOVED_PRIMS => GeometryRow::RemovedPrims(first),
+            count => GeometryRow::There(Geometry::Prims { first, count }),
         }
     }
 
     /// The first primitive, or the number of the instance; and the count.
-    fn row(self) -> (u32, u32) {
+    fn numbers(self) -> (u32, u32) {
         match self {
-            Geometry::Prims { first, count } => (first, count),
-            Geometry::Instance(number) => (number, INSTANCE),
-            Geometry::RemovedPrims { first } => (first, REMOVED_PRIMS),
-            Geometry::RemovedInstance(number) => (number, REMOVED_INSTANCE),
+            GeometryRow::There(Geometry::Prims { first, count }) => (first, count),
+            GeometryRow::There(Geometry::Instance(number)) => (number, INSTANCE),
+            GeometryRow::RemovedPrims(first) => (first, REMOVED_PRIMS),
+            GeometryRow::RemovedInstance(number) => (number, REMOVED_INSTANCE),
         }
     }
 
-    fn is_removed(self) -> bool {
-        matches!(
-            self,
-            Geometry::RemovedPrims { .. } | Geometry::RemovedInstance(_)
-        )
+    fn present(self) -> Option<Geometry> {
+        match self {
+            GeometryRow::There(geometry) => Some(geometry),
+            GeometryRow::RemovedPrims(_) | GeometryRow::RemovedInstance(_) => None,
+        }
     }
 }
 
-/// Counts of geometries that are not visible primitives.
+/// Counts of rows that are no primitives.
 const INSTANCE: u32 = u32::MAX;
 const REMOVED_INSTANCE: u32 = u32::MAX - 1;
 const REMOVED_PRIMS: u32 = u32::MAX - 2;
@@ -115,9 +117,15 @@ impl Geometries {
         self.first.is_empty()
     }
 
-    pub(crate) fn iter(&self) -> impl Iterator<Item = (GeomId, Geometry)> {
+    /// All rows, those of removed geometries among them.
+    pub(crate) fn rows(&self) -> impl Iterator<Item = (GeomId, GeometryRow)> {
         let rows = self.first.iter().zip(self.count.iter());
-        (0..).zip(rows.map(|(&first, &count)| Geometry::of(first, count)))
+        (0..).zip(rows.map(|(&first, &count)| GeometryRow::of(first, count)))
+    }
+
+    pub(crate) fn iter(&self) -> impl Iterator<Item = (GeomId, Geometry)> {
+        self.rows()
+            .filter_map(|(id, row)| Some((id, row.present()?)))
     }
 
     /// Row of the place that begins with this primitive.
@@ -166,10 +174,10 @@ impl Geometries {
     /// Runs and instances that no ray hits: hidden geometries, removed ones, and what is free in
     /// the places of others.
     pub(crate) fn unseen(&self) -> impl Iterator<Item = Geometry> {
-        let rows = self.iter().zip(self.mask.iter());
-        rows.filter_map(|((_, geometry), &mask)| match geometry {
-            Geometry::Prims { count: 0, .. } => None,
-            Geometry::Prims { first, count } => {
+        let rows = self.rows().zip(self.mask.iter());
+        rows.filter_map(|((_, row), &mask)| match row {
+            GeometryRow::There(Geometry::Prims { count: 0, .. }) => None,
+            GeometryRow::There(Geometry::Prims { first, count }) => {
                 let fit = self.prim_place(first).map_or(count, |place| place.prims);
                 let seen = if mask == 0 { 0 } else { count };
                 (seen < fit).then_some(Geometry::Prims {
@@ -177,22 +185,21 @@ impl Geometries {
                     count: fit - seen,
                 })
             }
-            Geometry::RemovedPrims { first } => {
+            GeometryRow::RemovedPrims(first) => {
                 self.prim_place(first).map(|place| Geometry::Prims {
                     first,
                     count: place.prims,
                 })
             }
-            Geometry::Instance(_) => (mask == 0).then_some(geometry),
-            Geometry::RemovedInstance(k) => Some(Geometry::Instance(k)),
+            GeometryRow::There(instance) => (mask == 0).then_some(instance),
+            GeometryRow::RemovedInstance(k) => Some(Geometry::Instance(k)),
         })
     }
 
     /// The geometry of this number; `None` for one that was removed.
     pub(crate) fn get(&self, id: GeomId) -> Option<Geometry> {
         let row = self.first.get(id as usize).zip(self.count.get(id as usize));
-        let geometry = row.map(|(&first, &count)| Geometry::of(first, count));
-        geometry.filter(|geometry| !geometry.is_removed())
+        row.and_then(|(&first, &count)| GeometryRow::of(first, count).present())
     }
 
     /// The geometry of this number, if rays hit it.
@@ -209,10 +216,10 @@ impl Geometries {
         }
     }
 
-    /// Replaces a geometry by another one in its place, which all rays hit.
-    pub(crate) fn replace(&mut self, id: GeomId, geometry: Geometry) {
+    /// Replaces a row by another one; all rays hit a geometry in it.
+    pub(crate) fn replace(&mut self, id: GeomId, by: GeometryRow) {
         let row = id as usize;
-        (self.first[row], self.count[row]) = geometry.row();
+        (self.first[row], self.count[row]) = by.numbers();
         self.mask[row] = u32::MAX;
     }
 
@@ -220,28 +227,28 @@ impl Geometries {
     /// one of `instances` instances after those before it.
     pub(crate) fn first_wrong(&self, prims: usize, instances: usize) -> Option<GeomId> {
         let (mut end, mut next_instance) = (0, 0);
-        let is_wrong = |&(_, geometry): &(GeomId, Geometry)| match geometry {
-            Geometry::Prims { count: 0, .. } => false,
-            Geometry::Prims { first, count } => {
+        let is_wrong = |&(_, row): &(GeomId, GeometryRow)| match row {
+            GeometryRow::There(Geometry::Prims { count: 0, .. }) => false,
+            GeometryRow::There(Geometry::Prims { first, count }) => {
                 let place = self.prim_place(first);
                 let fits = place.is_some_and(|place| count <= place.prims);
                 let overlaps = u64::from(first) < end;
                 end = u64::from(first) + u64::from(count);
                 overlaps || !fits || end > prims as u64
             }
-            Geometry::RemovedPrims { first } => {
+            GeometryRow::RemovedPrims(first) => {
                 let place = self.prim_place(first);
                 let overlaps = place.is_some() && u64::from(first) < end;
                 end = place.map_or(end, |place| place.all_prims().end.into());
                 overlaps || end > prims as u64
             }
-            Geometry::Instance(k) | Geometry::RemovedInstance(k) => {
+            GeometryRow::There(Geometry::Instance(k)) | GeometryRow::RemovedInstance(k) => {
                 let overlaps = k < next_instance;
                 next_instance = k.saturating_add(1);
                 overlaps || k as usize >= instances
             }
         };
-        self.iter().find(is_wrong).map(|(id, _)| id)
+        self.rows().find(is_wrong).map(|(id, _)| id)
     }
 
     /// The first place that is not within these many primitives and vertices, and behind the one
@@ -261,7 +268,7 @@ impl Geometries {
 
     pub(crate) fn push(&mut self, geometry: Geometry) -> GeomId {
         let id = self.len() as GeomId;
-        let (first, count) = geometry.row();
+        let (first, count) = GeometryRow::There(geometry).numbers();
         self.first.push(first);
         self.count.push(count);
         self.mask.push(u32::MAX);

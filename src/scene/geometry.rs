@@ -1,7 +1,7 @@
 //! Geometry from plain slices, checked as it is added, and its numbers in hits.
 
 use super::{Instances, Material, Mesh, MeshMaterial, Prim, Scene, Vec3s};
-use crate::geometries::{GeomId, Geometry, NO_GEOM};
+use crate::geometries::{GeomId, Geometry, GeometryRow, NO_GEOM};
 use crate::prim_places::PlaceKind;
 use glam::Vec3;
 
@@ -239,8 +239,7 @@ impl Scene {
             self.meshes.len() as u32 - 1
         });
         self.meshes.count[prototype as usize] = indices.len() as u32;
-        self.edits.mark_prototype(prototype);
-        self.edits.mark_moved_prototype(prototype);
+        self.edits.prototypes.mark_added(prototype);
         Ok(prototype)
     }
 
@@ -282,7 +281,8 @@ impl Scene {
             let k = self.geometries.first[id as usize];
             self.instances.set_maps(k as usize, maps);
             self.instances.mesh[k as usize] = mesh;
-            self.geometries.replace(id, Geometry::Instance(k));
+            self.geometries
+                .replace(id, GeometryRow::There(Geometry::Instance(k)));
             id
         } else {
             self.number(count.into())?;
@@ -291,7 +291,7 @@ impl Scene {
             let number = self.instances.len() as u32 - 1;
             self.geometries.push(Geometry::Instance(number))
         };
-        self.edits.mark_added(id);
+        self.edits.geometries.mark_added(id);
         Ok(id)
     }
 
@@ -407,7 +407,7 @@ impl Scene {
             return Ok((Some(number), first));
         }
         let first_vertex = self.triangles.vertices.len();
-        // What grows again and again would leave a place of each size behind.
+        // A mesh that grows, and is removed and added each time, would leave a place of each size.
         let grows = self.has_smaller_place(kind, prims as u32);
         let used = vertices as u32;
         let [prims, vertices] = [prims, vertices].map(|n| if grows { n + n / 2 } else { n });
@@ -443,12 +443,12 @@ impl Scene {
         let geometry = Geometry::Prims { first, count };
         let id = match taken {
             Some(id) => {
-                self.geometries.replace(id, geometry);
+                self.geometries.replace(id, GeometryRow::There(geometry));
                 id
             }
             None => self.geometries.push(geometry),
         };
-        self.edits.mark_added(id);
+        self.edits.geometries.mark_added(id);
         id
     }
 

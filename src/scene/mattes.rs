@@ -91,7 +91,7 @@ fn objects(scene: &Scene) -> impl Iterator<Item = (u32, String)> {
     let mut geometries = geometries
         .filter_map(|(geometry, part)| match part {
             Geometry::Prims { first, count } => Some((geometry, first..first + count)),
-            _ => None,
+            Geometry::Instance(_) => None,
         })
         .peekable();
     let mut before = None;

@@ -47,7 +47,7 @@ impl Scene {
         };
         let before = self.move_vertices(first, vertices, ("mesh", geometry))?;
         self.geometries.leave_bounds(geometry, before);
-        self.edits.mark_moved(geometry);
+        self.edits.geometries.mark_moved(geometry);
         Ok(())
     }
 
@@ -65,7 +65,7 @@ impl Scene {
         let used = self.meshes.count.get(row).is_some_and(|&count| count > 0);
         let first = used.then(|| self.meshes.first[row]);
         self.move_vertices(first, vertices, ("prototype", prototype))?;
-        self.edits.mark_moved_prototype(prototype);
+        self.edits.prototypes.mark_moved(prototype);
         Ok(())
     }
 
@@ -127,7 +127,7 @@ impl Scene {
         };
         let maps = Instances::maps(to_world).ok_or(GeometryError::NotInvertible)?;
         self.instances.set_maps(k as usize, maps);
-        self.edits.mark_moved(geometry);
+        self.edits.geometries.mark_moved(geometry);
         Ok(())
     }
 
@@ -156,7 +156,7 @@ impl Scene {
         let shown_or_hidden = (*before == 0) != (mask == 0);
         *before = mask;
         if shown_or_hidden {
-            self.edits.mark_contents(geometry);
+            self.edits.geometries.mark_contents(geometry);
         }
         Ok(())
     }

@@ -32,7 +32,6 @@ impl Scene {
                 self.names.name_run(first..first + count, name, None);
             }
             Geometry::Instance(k) => self.instances.name[k as usize] = name,
-            Geometry::RemovedPrims { .. } | Geometry::RemovedInstance(_) => {}
         }
         Ok(())
     }

@@ -7,7 +7,7 @@
 //! taken, so that a scene in which as much comes as goes has a bounded number of rows.
 
 use super::{GeometryError, NO_NAME, Scene};
-use crate::geometries::{GeomId, Geometry};
+use crate::geometries::{GeomId, Geometry, GeometryRow};
 use crate::prim_places::{FreePlace, PlaceKind};
 use crate::prims::PrimKind;
 use std::collections::BTreeSet;
@@ -41,22 +41,21 @@ impl Scene {
     /// ```
     pub fn remove(&mut self, geometry: GeomId) -> Result<(), GeometryError> {
         let removed = match self.geometry(geometry)? {
-            Geometry::Prims { count: 0, .. } => Geometry::RemovedPrims { first: u32::MAX },
+            Geometry::Prims { count: 0, .. } => GeometryRow::RemovedPrims(u32::MAX),
             Geometry::Prims { first, count } => {
                 let prims = first..first + count;
                 let before = self.padded_bounds(prims.clone());
                 self.geometries.leave_bounds(geometry, before);
                 self.names.name_run(prims, NO_NAME, Some(NO_NAME));
-                Geometry::RemovedPrims { first }
+                GeometryRow::RemovedPrims(first)
             }
             Geometry::Instance(k) => {
                 self.instances.name[k as usize] = NO_NAME;
-                Geometry::RemovedInstance(k)
+                GeometryRow::RemovedInstance(k)
             }
-            Geometry::RemovedPrims { .. } | Geometry::RemovedInstance(_) => return Ok(()),
         };
         self.geometries.replace(geometry, removed);
-        self.edits.mark_contents(geometry);
+        self.edits.geometries.mark_contents(geometry);
         let place = self.place_of_removed(geometry, removed);
         self.free_places().extend(place);
         Ok(())
@@ -74,7 +73,7 @@ impl Scene {
         let place = place.ok_or(GeometryError::NoPrototype(prototype))?;
         let shows = |(id, geometry): (GeomId, Geometry)| match geometry {
             Geometry::Instance(k) => (self.instances.mesh[k as usize] == prototype).then_some(id),
-            _ => None,
+            Geometry::Prims { .. } => None,
         };
         if let Some(geometry) = self.geometries.iter().find_map(shows) {
             return Err(GeometryError::Shown {
@@ -84,7 +83,7 @@ impl Scene {
         }
         (self.names).name_run(place.all_prims(), NO_NAME, Some(NO_NAME));
         self.meshes.count[prototype as usize] = 0;
-        self.edits.mark_prototype(prototype);
+        self.edits.prototypes.mark_contents(prototype);
         let free = self.place_of_removed_prototype(prototype);
         self.free_places().extend(free);
         Ok(())
@@ -132,8 +131,8 @@ impl Scene {
     /// The free places; those of a scene from a cache are looked up once.
     fn free_places(&mut self) -> &mut BTreeSet<FreePlace> {
         if self.geometries.past.free.is_none() {
-            let geometries = self.geometries.iter();
-            let free = geometries.filter_map(|(id, geometry)| self.place_of_removed(id, geometry));
+            let rows = self.geometries.rows();
+            let free = rows.filter_map(|(id, row)| self.place_of_removed(id, row));
             let prototypes = (0..self.meshes.len() as u32)
                 .filter_map(|prototype| self.place_of_removed_prototype(prototype));
             self.geometries.past.free = Some(free.chain(prototypes).collect());
@@ -142,9 +141,9 @@ impl Scene {
     }
 
     /// The place of a removed geometry.
-    fn place_of_removed(&self, id: u32, geometry: Geometry) -> Option<FreePlace> {
-        let (kind, prims, vertices) = match geometry {
-            Geometry::RemovedPrims { first } => match self.geometries.prim_place(first) {
+    fn place_of_removed(&self, id: u32, row: GeometryRow) -> Option<FreePlace> {
+        let (kind, prims, vertices) = match row {
+            GeometryRow::RemovedPrims(first) => match self.geometries.prim_place(first) {
                 Some(place) => {
                     let kind = self.prims.get(first as usize)?.kind();
                     let spheres = kind == PrimKind::Sphere;
@@ -153,14 +152,14 @@ impl Scene {
                 }
                 None => (PlaceKind::Nothing, 0, 0),
             },
-            Geometry::RemovedInstance(k) => {
+            GeometryRow::RemovedInstance(k) => {
                 let k = k as usize;
                 let first = self.instances.first.get(k)?;
                 // Nothing follows the last one's numbers.
                 let end = self.instances.first.get(k + 1).unwrap_or(&u32::MAX);
                 (PlaceKind::Instance, end.saturating_sub(*first), 0)
             }
-            _ => return None,
+            GeometryRow::There(_) => return None,
         };
         Some(FreePlace {
             kind,

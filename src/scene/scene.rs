@@ -249,7 +249,7 @@ impl Scene {
     pub fn world_runs(&self) -> Vec<Range<u32>> {
         let unseen = |unseen: Geometry| match unseen {
             Geometry::Prims { first, count } => Some(first..first + count),
-            _ => None,
+            Geometry::Instance(_) => None,
         };
         let mesh = |mesh: usize| {
             let place = self.geometries.prim_place(self.meshes.first[mesh]);
@@ -277,7 +277,7 @@ impl Scene {
         let mut unseen: Vec<u32> = (self.geometries.unseen())
             .filter_map(|unseen| match unseen {
                 Geometry::Instance(k) => Some(first + k),
-                _ => None,
+                Geometry::Prims { .. } => None,
             })
             .collect();
         unseen.sort_unstable();

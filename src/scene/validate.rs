@@ -2,7 +2,8 @@
 
 use super::ViewError;
 use super::{MAX_TEXTURE_SIDE, Prim, PrimKind, Scene};
-use crate::geometries::Geometry;
+use crate::geometries::GeometryRow;
+use crate::prim_places::PrimPlace;
 use crate::prims::ColumnInfo;
 use glam::Vec3;
 use std::collections::HashSet;
@@ -140,8 +141,10 @@ impl Scene {
             return Err(column("geometry", "run", id as usize, "out of range"));
         }
         let rows_are_mixed = |row: &[u32; 5]| {
-            let own = &self.prims[row[0] as usize..][..row[1] as usize];
-            let kind = match row[3] {
+            let place = PrimPlace::of_row(*row);
+            let prims = place.all_prims();
+            let own = &self.prims[prims.start as usize..prims.end as usize];
+            let kind = match place.vertices {
                 0 => PrimKind::Sphere,
                 _ => PrimKind::Triangle,
             };
@@ -203,13 +206,10 @@ impl Scene {
 
     /// The instances that were not removed.
     fn present_instances(&self) -> impl Iterator<Item = usize> {
-        let removed = self
-            .geometries
-            .iter()
-            .filter_map(|(_, geometry)| match geometry {
-                Geometry::RemovedInstance(k) => Some(k as usize),
-                _ => None,
-            });
+        let removed = self.geometries.rows().filter_map(|(_, row)| match row {
+            GeometryRow::RemovedInstance(k) => Some(k as usize),
+            _ => None,
+        });
         let removed: HashSet<usize> = removed.collect();
         (0..self.instances.len()).filter(move |k| !removed.contains(k))
     }

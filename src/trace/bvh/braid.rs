@@ -30,6 +30,16 @@ pub(in crate::bvh) enum BraidChild<T> {
     Node(usize),
 }
 
+impl<T> BraidChild<T> {
+    /// The subtree, or what stands for a joining node.
+    pub(in crate::bvh) fn subtree_or(self, node: impl FnOnce(usize) -> T) -> T {
+        match self {
+            BraidChild::Subtree(subtree) => subtree,
+            BraidChild::Node(number) => node(number),
+        }
+    }
+}
+
 /// Nodes that join subtrees; the first is the root, and children stand behind their parents.
 #[derive(Debug)]
 pub(in crate::bvh) struct Braid<T> {
@@ -131,7 +141,7 @@ fn divide<T>(set: &mut [BraidItem<T>]) -> usize {
         let rest = (set.len() - count) as f32;
         (area * count as f32 + right[count] * rest, count)
     });
-    // Of equal boxes, halves.
+    // Equal boxes cost the same in any division: the most even one is the shallowest.
     let half = set.len() / 2;
     let best = costs.min_by(|a, b| {
         let by_cost = a.0.total_cmp(&b.0);

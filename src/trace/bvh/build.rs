@@ -10,7 +10,7 @@
 use super::build_input::BuildInput;
 use super::geometry_starts::GeometryStarts;
 use super::settings::BuildSettings;
-use super::subtree::{Subtree, build_subtree};
+use super::subtree::{Subtree, build_subtree, cost};
 use super::tree_parts::TreeParts;
 use super::{Bvh, WideBvh};
 use phalanx_scene::huge_pages::move_to_huge_pages;
@@ -142,7 +142,7 @@ fn build(scene: &Scene, settings: &BuildSettings) -> Bvh {
     let mut parts = TreeParts::of(scene, settings, &world);
     let mut bvh = Bvh {
         depth: world.tree.depth,
-        sah: world.cost(),
+        sah: cost(world.tree.weighted_cost, world.tree.bounds),
         nodes: world.tree.nodes.into(),
         slots: world.slots,
         geometries: GeometryStarts::of(scene),
@@ -164,9 +164,7 @@ fn append_meshes(bvh: &mut Bvh, meshes: Vec<Subtree>, parts: &mut TreeParts) {
         let part = parts.place((&mut bvh.nodes, &mut bvh.slots), mesh);
         parts.prototypes.push(part);
     }
-    for slot in bvh.slots.instances.iter_mut() {
-        slot.root = parts.prototypes[slot.root as usize].nodes.start as u32;
-    }
+    parts.lead_to_prototypes(&mut bvh.slots.instances);
     bvh.depth += deepest;
     move_to_huge_pages(bvh.nodes.make_mut());
     move_to_huge_pages(bvh.slots.triangles.make_mut());

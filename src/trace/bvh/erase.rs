@@ -57,7 +57,7 @@ impl Bvh {
                 nodes[index as usize] = smaller;
             }
         }
-        // What is gone would be missing from a fresh tree, too.
+        // A fresh tree would be as much cheaper, so that the growth stays what it was.
         let rest = relative_cost(part.weighted_cost, nodes[first].child_bounds());
         if before > 0.0 {
             part.built_cost *= rest / before;

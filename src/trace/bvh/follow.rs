@@ -3,16 +3,14 @@
 use super::Bvh;
 use super::build_input::BuildInput;
 use super::geometry_starts::GeometryStarts;
-use super::leaf::box_of;
 use super::leaf_column::LeafRow;
-use super::leaving::{Leaving, RowKey};
+use super::leaving::Leaving;
 use super::plan::UpdatePlan;
 use super::report::{UpdateMode, UpdateReport, UpdateWork};
 use super::subtree::{build_subtree, relative_cost};
 use super::tree_parts::{TreePart, TreeParts, TreePlace};
 use super::wide::WideBvh;
 use phalanx_scene::{GeomId, Geometry, Scene};
-use std::collections::HashSet;
 use std::mem;
 use std::ops::Range;
 
@@ -107,7 +105,7 @@ impl Follower<'_> {
     /// Removes geometries from where they are.
     fn remove(&mut self, geometries: &[(GeomId, bool)]) {
         let mut leaving = Leaving::default();
-        let (mut instances, mut count) = (HashSet::new(), 0);
+        let mut count = 0;
         for &(id, has_moved) in geometries {
             match mem::take(self.parts.place_of(id)) {
                 TreePlace::Nowhere | TreePlace::Top => {}
@@ -122,12 +120,13 @@ impl Follower<'_> {
                     count += own;
                 }
                 TreePlace::WorldInstance(row) => {
-                    instances.insert(self.parts.row_key(&row));
+                    leaving.add_instance(self.parts.row_key(&row));
                     count += 1;
                 }
             }
         }
-        self.find_instances(instances, &mut leaving);
+        let rows = self.bvh.slots.instances.iter();
+        leaving.find_instances(rows.map(|row| (row.key(), row.padded_box())));
         if !leaving.is_empty() {
             let erased = self.bvh.erase(&mut self.parts.world, &leaving);
             if erased < count {
@@ -137,18 +136,6 @@ impl Follower<'_> {
             }
             if let Some(wide) = &mut self.wide {
                 wide.erase(&leaving, &self.bvh.slots);
-            }
-        }
-    }
-
-    /// Finds the boxes of instances of the world's tree.
-    fn find_instances(&self, keys: HashSet<RowKey>, leaving: &mut Leaving) {
-        if keys.is_empty() {
-            return;
-        }
-        for row in self.bvh.slots.instances.iter() {
-            if keys.contains(&row.key()) {
-                leaving.add_instance(row.key(), box_of(&row.prim_aabb));
             }
         }
     }

@@ -224,7 +224,7 @@ impl LeafRow for LeafInstance {
 }
 
 /// A padded box from its corners.
-pub(super) fn box_of([lo, hi]: &[[f32; 3]; 2]) -> Bounds {
+fn box_of([lo, hi]: &[[f32; 3]; 2]) -> Bounds {
     Bounds::new(Vec3::from_array(*lo), Vec3::from_array(*hi))
 }
 

@@ -45,10 +45,21 @@ impl Leaving {
         self.add_box(bounds);
     }
 
-    /// Adds an instance; `bounds` is its box in the tree.
-    pub(super) fn add_instance(&mut self, row: RowKey, bounds: Bounds) {
+    /// Adds an instance, whose box is to be found.
+    pub(super) fn add_instance(&mut self, row: RowKey) {
         self.instances.insert(row);
-        self.add_box(bounds);
+    }
+
+    /// Finds the boxes of the instances among those of the tree's rows.
+    pub(super) fn find_instances(&mut self, rows: impl Iterator<Item = (RowKey, Bounds)>) {
+        if self.instances.is_empty() {
+            return;
+        }
+        for (row, bounds) in rows {
+            if self.instances.contains(&row) {
+                self.add_box(bounds);
+            }
+        }
     }
 
     fn add_box(&mut self, bounds: Bounds) {

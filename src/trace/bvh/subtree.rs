@@ -18,6 +18,14 @@ pub(super) fn relative_cost(weighted_cost: f64, bounds: Bounds) -> f64 {
     if area > 0.0 { weighted_cost / area } else { 0.0 }
 }
 
+/// Cost of a tree by the surface area heuristic; 0 for nothing.
+pub(super) fn cost(weighted_cost: f64, bounds: Bounds) -> f64 {
+    match bounds.is_empty() {
+        true => 0.0,
+        false => 1.0 + relative_cost(weighted_cost, bounds),
+    }
+}
+
 /// A tree whose root is its node 0; no nodes by default.
 #[derive(Default)]
 pub(super) struct Subtree {
@@ -36,14 +44,6 @@ impl Subtree {
         Subtree {
             tree,
             slots: LeafPrims::default(),
-        }
-    }
-
-    /// Cost by the surface area heuristic; 0 for nothing.
-    pub(super) fn cost(&self) -> f64 {
-        match self.tree.bounds.is_empty() {
-            true => 0.0,
-            false => 1.0 + relative_cost(self.tree.weighted_cost, self.tree.bounds),
         }
     }
 }

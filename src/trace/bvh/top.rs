@@ -8,10 +8,10 @@
 //! | top | a copy of the root of the world's tree, whose place the root of everything takes |
 //! | behind it | the tree over the instances, and the one that joins all roots |
 
-use super::braid::{Braid, BraidChild, BraidItem, braid};
+use super::braid::{Braid, BraidItem, braid};
 use super::build_input::BuildInput;
 use super::offsets::Offsets;
-use super::subtree::{build_subtree, relative_cost};
+use super::subtree::{build_subtree, cost};
 use super::tree_parts::{TreeParts, TreePlace};
 use super::{Bvh, Child, LeafKind, Node};
 use phalanx_scene::{Bounds, GeomId, Geometry, Scene};
@@ -55,21 +55,17 @@ impl Bvh {
             parts.top = Some(self.nodes.len());
             let root = [self.nodes[0]];
             self.nodes.write(self.nodes.len(), &root);
-            let (instances, own_depth, cost) = self.add_instances(scene, parts, &placed);
-            parts.instances = instances.map(|(root, _)| (root, cost));
+            let (instances, own_depth, own_cost) = self.add_instances(scene, parts, &placed);
+            parts.instances = instances.map(|(root, _)| (root, own_cost));
             roots.extend(instances.map(|(root, bounds)| (Child::Node(root), bounds)));
             let join = braid(roots, 2, |child| self.children(child));
             let opened = join.opened.iter().map(|&child| self.cost_of(child));
-            weighted += cost - opened.sum::<f64>() + self.write_join(&join);
+            weighted += own_cost - opened.sum::<f64>() + self.write_join(&join);
             depth = join.depth + depth.max(own_depth);
         }
         let deepest = parts.prototypes.iter().map(|mesh| mesh.depth).max();
         self.depth = depth + deepest.unwrap_or(0);
-        let bounds = self.nodes[0].child_bounds();
-        self.sah = match bounds.is_empty() {
-            true => 0.0,
-            false => 1.0 + relative_cost(weighted, bounds),
-        };
+        self.sah = cost(weighted, self.nodes[0].child_bounds());
     }
 
     /// Adds the tree over instances; returns its root, its depth and its cost.
@@ -94,9 +90,7 @@ impl Bvh {
         offsets.rebase_nodes(&mut nodes);
         self.nodes.write(self.nodes.len(), &nodes);
         let mut rows = built.slots.instances;
-        for row in rows.iter_mut() {
-            row.root = parts.prototypes[row.root as usize].nodes.start as u32;
-        }
+        parts.lead_to_prototypes(&mut rows);
         self.slots.instances.extend_from(&rows);
         let root = (offsets.node, built.tree.bounds);
         (Some(root), built.tree.depth, built.tree.weighted_cost)
@@ -128,11 +122,8 @@ impl Bvh {
         let nodes = join.nodes.iter().map(|children| {
             let mut both = [(Child::EMPTY, Bounds::EMPTY); 2];
             for (place, &(child, bounds)) in both.iter_mut().zip(children) {
-                let child = match child {
-                    BraidChild::Subtree(child) => child,
-                    BraidChild::Node(number) => Child::Node((first + number) as u32),
-                };
-                *place = (child, bounds);
+                let node = |number| Child::Node((first + number) as u32);
+                *place = (child.subtree_or(node), bounds);
             }
             Node::new(both)
         });

@@ -1,6 +1,7 @@
 //! The trees that a [`Bvh`](super::Bvh) consists of, which change on their own.
 
 use super::free_rows::FreeRows;
+use super::leaf::LeafInstance;
 use super::leaving::RowKey;
 use super::node::LeafKind;
 use super::offsets::Offsets;
@@ -132,6 +133,13 @@ impl TreeParts {
     pub(super) fn row_key(&self, row: &InstanceRow) -> RowKey {
         let root = self.prototypes[row.mesh as usize].nodes.start as u32;
         RowKey::Instance(root, row.offset.wrapping_add(self.prims as u32))
+    }
+
+    /// Replaces the meshes in rows of instances, which are numbers, by the roots of their trees.
+    pub(super) fn lead_to_prototypes(&self, rows: &mut [LeafInstance]) {
+        for row in rows {
+            row.root = self.prototypes[row.root as usize].nodes.start as u32;
+        }
     }
 
     /// The node from which everything of the world is reached.

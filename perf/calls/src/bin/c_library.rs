@@ -583,7 +583,7 @@ fn phalanx_rows(rays: &[Ray]) -> phalanx::RayRows<'_> {
 fn measure((rays, rounds): (usize, usize), mut casts: Vec<NamedCast>) {
     let seconds = take_turns(rounds, &mut casts);
     for ((name, _), own) in casts.into_iter().zip(&seconds) {
-        // Of each round: another load on the machine slows both casts of it.
+        // Ratios within a round: a load on the machine slows both of its casts.
         let ratios = seconds[0].iter().zip(own).map(|(first, own)| first / own);
         let ratio = median(ratios.collect());
         let nanoseconds = median(own.clone()) / rays as f64 * 1e9;

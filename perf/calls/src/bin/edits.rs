@@ -8,16 +8,15 @@
 //! thousand edits, by that of a fresh build. `perf/notes/calls.md` has the table, and Embree's
 //! times, by `perf/calls/embree_edits.py`.
 
+#[path = "../cpu_time.rs"]
+mod cpu_time;
+
+use cpu_time::{middle, time};
 use phalanx::bvh::{BuildSettings, Quality};
 use phalanx::glam::{DAffine3, dvec3};
 use phalanx::{Bvh, GeomId, HitBuffer, Ray, RayBuffer, Scene, UpdateWork};
 use std::error::Error;
 use std::path::Path;
-
-unsafe extern "C" {
-    /// Microseconds of CPU time of all threads of the process.
-    safe fn clock() -> i64;
-}
 
 const ROUNDS: usize = 15;
 const INSTANCES: u32 = 10_000;
@@ -80,10 +79,10 @@ fn move_instances(settings: &BuildSettings) -> Result<(), Box<dyn Error>> {
             for k in (0..INSTANCES).step_by((INSTANCES / moved) as usize) {
                 scene.set_transform(k, place(k, round))?;
             }
-            times.push(milliseconds(|| bvh.update(&scene)).0);
+            times.push(time(|| bvh.update(&scene)).0);
         }
-        let first = times.remove(0);
-        println!("{INSTANCES} instances, {moved} move: first {first:.2}, next {:.2}", middle(times));
+        let [[_, first], [_, next]] = [times[0], middle(&times[1..])];
+        println!("{INSTANCES} instances, {moved} move: first {first:.2}, next {next:.2}");
     }
     Ok(())
 }
@@ -99,12 +98,13 @@ fn change_beside(
     let (small, rows) = patch(size * 0.1, 0.0, 0.0, size);
     let door = scene.add_mesh(&small, &rows)?;
     let prototype = scene.add_prototype(&small, &rows)?;
-    let place = |round: usize| DAffine3::from_translation(dvec3(0.0, size * 0.01 * round as f64, 0.0));
+    let place =
+        |round: usize| DAffine3::from_translation(dvec3(0.0, size * 0.01 * round as f64, 0.0));
     let instance = scene.add_instance(prototype, place(0))?;
     let mut bvh = built(&scene, settings);
     let mut show = |scene: &Scene, words: &str| {
-        let (time, report) = milliseconds(|| bvh.update(scene));
-        println!("{words:30} {time:8.3} {:?}", report.work);
+        let ([_, cpu], report) = time(|| bvh.update(scene));
+        println!("{words:30} {cpu:8.3} {:?}", report.work);
     };
     let radius = size as f32 * 0.05;
     let mut added: Vec<GeomId> = Vec::new();
@@ -156,13 +156,13 @@ fn bend(
             [x * cos - z * sin, y, x * sin + z * cos]
         });
         scene.set_vertices(body, &twisted.collect::<Vec<_>>())?;
-        let (time, report) = milliseconds(|| bvh.update(&scene));
-        times.push(time);
+        let (spent, report) = time(|| bvh.update(&scene));
+        times.push(spent);
         builds += usize::from(report.work == UpdateWork::Rebuilt);
         growth = growth.max(bvh.cost_growth());
     }
-    let most = times.iter().copied().fold(0.0, f64::max);
-    let median = middle(times);
+    let most = times.iter().fold(0.0, |most: f64, [_, cpu]| most.max(*cpu));
+    let [_, median] = middle(&times);
     println!("{FRAMES} frames of a twist: median {median:.1}, most {most:.1}, {builds} builds");
     println!("cost grown to {growth:.2} at most");
     Ok(())
@@ -179,7 +179,9 @@ fn trace_after_edits(
     let bounds = scene.bounds();
     let mut random = 1u64;
     let mut unit = move || {
-        random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        random = random
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1);
         (random >> 40) as f64 / (1u64 << 24) as f64
     };
     let (lo, extent) = (bounds.lo.as_dvec3(), (bounds.hi - bounds.lo).as_dvec3());
@@ -207,9 +209,9 @@ fn trace_after_edits(
     for _ in 0..ROUNDS {
         for (k, bvh) in [&fresh, &bvh].into_iter().enumerate() {
             let hit = |ray: &Ray| bvh.intersect(ray).is_some();
-            one[k] = one[k].min(milliseconds(|| rays.iter().filter(|ray| hit(ray)).count()).0);
+            one[k] = one[k].min(time(|| rays.iter().filter(|ray| hit(ray)).count()).0[1]);
             let batch = || bvh.intersect_batch(&buffer.columns(), &mut hits.columns(), 1);
-            many[k] = many[k].min(milliseconds(batch).0);
+            many[k] = many[k].min(time(batch).0[1]);
         }
     }
     println!(
@@ -229,16 +231,4 @@ fn built(scene: &Scene, settings: &BuildSettings) -> Bvh {
     let bvh = Bvh::build_with(scene, settings);
     bvh.build_wide(settings.threads);
     bvh
-}
-
-/// Milliseconds of all threads' CPU time, and the result.
-fn milliseconds<T>(work: impl FnOnce() -> T) -> (f64, T) {
-    let start = clock();
-    let result = std::hint::black_box(work());
-    ((clock() - start) as f64 / 1e3, result)
-}
-
-fn middle(mut times: Vec<f64>) -> f64 {
-    times.sort_by(f64::total_cmp);
-    times[times.len() / 2]
 }

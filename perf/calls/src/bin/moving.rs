@@ -7,17 +7,15 @@
 //! instances of it. `perf/notes/calls.md` has the tables, and Embree's times, by
 //! `perf/calls/embree_moving.py`.
 
+#[path = "../cpu_time.rs"]
+mod cpu_time;
+
+use cpu_time::{Times, middle, time};
 use phalanx::bvh::{BuildSettings, Quality};
 use phalanx::glam::{DAffine3, DVec3};
 use phalanx::{Bvh, Scene};
 use std::error::Error;
 use std::path::Path;
-use std::time::Instant;
-
-unsafe extern "C" {
-    /// Microseconds of CPU time of all threads of the process.
-    safe fn clock() -> i64;
-}
 
 const ROUNDS: usize = 15;
 const INSTANCES: usize = 1000;
@@ -47,7 +45,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         bvh
     });
     println!("{mesh}, {} triangles, {threads} threads", faces.len());
-    println!("build                {} ms, with the wide tree {}", shown(build), shown(both));
+    println!(
+        "build                {} ms, with the wide tree {}",
+        shown(build),
+        shown(both)
+    );
     let mut wide_off = Bvh::build_with(&scene, &settings);
     let mut wave = |scene: &mut Scene, round: usize| {
         let rest = size * 0.002 * (round as f32).sin();
@@ -62,8 +64,12 @@ fn main() -> Result<(), Box<dyn Error>> {
         narrow.push(time(|| wide_off.update(&scene)).0);
         wide.push(time(|| bvh.update(&scene)).0);
     }
-    let [narrow, wide] = [narrow, wide].map(middle);
-    println!("refit                {} ms, with the wide tree {}", shown(narrow), shown(wide));
+    let [narrow, wide] = [narrow, wide].map(|times| middle(&times));
+    println!(
+        "refit                {} ms, with the wide tree {}",
+        shown(narrow),
+        shown(wide)
+    );
     println!(
         "refit / build, CPU   {:8.3}                      {:8.3}",
         narrow[1] / build[1],
@@ -95,33 +101,15 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     println!(
         "{INSTANCES} instances moved {} ms, the first time {}",
-        shown(middle(times[1..].to_vec())),
+        shown(middle(&times[1..])),
         shown(times[0])
     );
     Ok(())
 }
 
-/// Milliseconds of the clock, and of CPU time.
-type Times = [f64; 2];
-
-fn time<T>(work: impl FnOnce() -> T) -> (Times, T) {
-    let (start, cpu) = (Instant::now(), clock());
-    let made = work();
-    let wall = start.elapsed().as_secs_f64() * 1e3;
-    ([wall, (clock() - cpu) as f64 / 1e3], made)
-}
-
 fn median<T>(mut work: impl FnMut(usize) -> T) -> (Times, T) {
     let (times, mut made): (Vec<Times>, Vec<T>) = (0..5).map(|k| time(|| work(k))).unzip();
-    (middle(times), made.swap_remove(0))
-}
-
-fn middle(times: Vec<Times>) -> Times {
-    [0, 1].map(|column| {
-        let mut times: Vec<f64> = times.iter().map(|times| times[column]).collect();
-        times.sort_by(f64::total_cmp);
-        times[times.len() / 2]
-    })
+    (middle(&times), made.swap_remove(0))
 }
 
 fn shown([wall, cpu]: Times) -> String {

@@ -4,7 +4,7 @@
 use super::layout::widen;
 use super::rows::{ChildRef, TopRows, WideBvh, WideNode};
 use crate::bvh::Bvh;
-use crate::bvh::braid::{Braid, BraidChild, BraidItem, braid};
+use crate::bvh::braid::{Braid, BraidItem, braid};
 use crate::bvh::tree_parts::TreeParts;
 use crate::simd::NATIVE;
 use phalanx_scene::huge_pages::write_rows;
@@ -68,11 +68,8 @@ impl WideBvh {
             let mut children = children.clone();
             let mut node = WideNode::over(&mut children, |child| child.1);
             for (code, (child, _)) in node.children.iter_mut().zip(children) {
-                let child = match child {
-                    BraidChild::Subtree(child) => child,
-                    BraidChild::Node(number) => ChildRef::Node(first + number as u32),
-                };
-                *code = child.code();
+                let node = |number| ChildRef::Node(first + number as u32);
+                *code = child.subtree_or(node).code();
             }
             if k == 0 { self.nodes[0] = node } else { self.nodes.push(node) }
         }

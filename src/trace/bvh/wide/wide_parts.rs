@@ -67,12 +67,12 @@ impl WideBvh {
 
     /// Appends the rows of a tree over instances, which have no blocks; returns its root.
     pub(super) fn append(&mut self, rows: WideRows) -> usize {
+        let mut nodes = rows.nodes;
         let part = WidePart {
-            nodes: self.nodes.len()..0,
-            others: self.others.len()..0,
+            nodes: self.nodes.len()..self.nodes.len() + nodes.len(),
+            others: self.others.len()..self.others.len() + rows.others.len() - 1,
             ..WidePart::default()
         };
-        let mut nodes = rows.nodes;
         part.rebase(&mut nodes);
         write_rows(&mut self.nodes, part.nodes.start, &nodes);
         self.others.extend(&rows.others[1..]);
