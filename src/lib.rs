@@ -289,14 +289,14 @@ pub mod scene {
     #[doc(inline)]
     pub use phalanx_scene::{
         AnyColumn, Basis, Bounds, CameraKey, CameraMatrices, CameraPath, Column, Cone, Cones,
-        DefaultedParts, Ellipsoids, FileView, GeomId, Geometries, GeometryError, Instances,
-        LightShape, Lights, LobeWeights, MAX_DEPTH_LIMIT, MAX_SIDE, MAX_TEXTURE_SIDE, MapTarget,
-        Material, MaterialTable, Materials, MatteIds, Mesh, MeshMaterial, Meshes,
+        DefaultedParts, Ellipsoids, Environment, EnvironmentLight, EnvironmentMap,
+        EnvironmentTexels, FileView, GeomId, Geometries, GeometryError, Instances, LightShape,
+        Lights, LobeWeights, MAX_DEPTH_LIMIT, MAX_ENVIRONMENT_SIDE, MAX_SIDE, MAX_TEXTURE_SIDE,
+        MapTarget, Material, MaterialTable, Materials, MatteIds, Mesh, MeshMaterial, Meshes,
         MetallicRoughness, NO_GEOM, NO_INDEX, NO_NAME, NO_PRIM, NO_TEXTURE, NameTable, OrthoHeight,
         OutputEncoding, Prim, PrimKind, Quantize, ResolvedPrim, SHADOWLESS, Scene, SceneCamera,
-        SceneError, Sky, Spheres, Texture, TextureMap, TextureMaps, Transfer, Triangles, UpAxis,
-        Vec2s, Vec3s, View, ViewError, Wrap, check_image_size, material_names, matte_id,
-        object_names,
+        SceneError, Spheres, Texture, TextureMap, TextureMaps, Transfer, Triangles, UpAxis, Vec2s,
+        Vec3s, View, ViewError, Wrap, check_image_size, material_names, matte_id, object_names,
     };
 }
 #[doc(inline)]
@@ -318,6 +318,8 @@ pub mod formats {
     pub use phalanx_formats::{
         Diagnostic, LoadError, MAX_DIAGNOSTICS, Origin, ReadOptions, endings, foreign, is_bare_name,
     };
+    #[doc(inline)]
+    pub use phalanx_io::EnvironmentSource;
     #[doc(inline)]
     pub use phalanx_io::open::{Opened as Loaded, Options, load, read_bytes, read_nff, read_test};
     #[doc(inline)]

@@ -15,9 +15,11 @@
 //! | `mesh` | faces and columns to triangles, with colours and names |
 //! | `texture` | pictures to textures |
 //! | `metallic_roughness` | materials of glTF and MTL |
+//! | `environment` | pictures of all directions |
 //! | `folder`, `memory` | what a file may name, and what it may take |
 
 mod diagnostics;
+mod environment;
 mod folder;
 #[cfg(test)]
 #[path = "../../tests/common/full_or.rs"]
@@ -42,6 +44,7 @@ mod text;
 mod texture;
 
 pub use diagnostics::{Diagnostic, MAX_DIAGNOSTICS};
+pub use environment::{ReadEnvironment, read_environment};
 pub use folder::foreign;
 #[doc(hidden)]
 pub use mesh::polygon;

@@ -4,7 +4,7 @@ use crate::diagnostics::{Diagnostic, DiagnosticSink};
 use crate::options::ReadOptions;
 use crate::origin::{self, Origin, ReadStop};
 use phalanx_files::shown_path;
-use phalanx_scene::Scene;
+use phalanx_scene::{Scene, UpAxis};
 use std::path::PathBuf;
 
 /// A scene as its file gives it, and the remarks of its reader.
@@ -44,6 +44,10 @@ pub(super) fn finish(
     let warnings = report.finish()?;
     scene.origin = options.origin.position().into();
     scene.add_missing_tangents();
+    // A format with a single camera tells by it which way is up.
+    if !scene.defaulted.view && scene.cameras.is_empty() {
+        scene.defaulted.up = UpAxis::nearest(scene.view.up);
+    }
     Ok(ReadScene {
         scene,
         up_is_assumed: false,

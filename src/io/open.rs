@@ -2,6 +2,7 @@
 //! where default parts and the user's overrides come to what a reader returns.
 
 use crate::cache::{self, CacheError};
+use crate::environment::EnvironmentSource;
 use phalanx_formats::{Diagnostic, LoadError, Origin, ReadOptions, ReadScene, SceneFile};
 use phalanx_look::{Overrides, UnfitScene, finish_scene, override_scene};
 use phalanx_scene::{Scene, SceneError};
@@ -17,6 +18,8 @@ pub struct Options {
     pub read: ReadOptions,
     /// Replacements of its parts.
     pub look: Overrides,
+    /// The environment, in place of that of `look`.
+    pub environment: Option<EnvironmentSource>,
 }
 
 /// A scene that was opened.
@@ -83,7 +86,9 @@ pub fn stem(name: &Path) -> Option<&OsStr> {
 /// [`OpenError`].
 pub fn open_as(path: &Path, ending: &str, options: &Options) -> Result<Opened, OpenError> {
     let file = SceneFile::open(path, Some(ending), options.read.threads)?;
-    Ok(load_file(path, &file, options)?)
+    Ok(surrounded(options, |options| {
+        load_file(path, &file, options)
+    })?)
 }
 
 /// Opens a scene from bytes that came from elsewhere, for example from a pipe. They are read like a
@@ -98,7 +103,9 @@ pub fn open_bytes(
     options: &Options,
 ) -> Result<Opened, OpenError> {
     let file = SceneFile::from_bytes(name, ending, bytes)?;
-    Ok(load_file(name, &file, options)?)
+    Ok(surrounded(options, |options| {
+        load_file(name, &file, options)
+    })?)
 }
 
 /// Opens a scene file, a scene cache, or a standard scene.
@@ -106,6 +113,11 @@ pub fn open_bytes(
 /// # Errors
 /// [`OpenError`].
 pub fn open(path: &Path, options: &Options) -> Result<Opened, OpenError> {
+    surrounded(options, |options| open_known(path, options))
+}
+
+/// Opens a scene with the options that [`surrounded`] gives.
+fn open_known(path: &Path, options: &Options) -> Result<Opened, OpenError> {
     let mut opened = Opened::default();
     if let Some(name) = standard_name(path) {
         let spec = phalanx_standard::parse_spec(name)?;
@@ -115,14 +127,15 @@ pub fn open(path: &Path, options: &Options) -> Result<Opened, OpenError> {
         (opened.scene, opened.bvh) = (cached.scene, Some(cached.bvh));
         opened.mapped_bytes = cached.file_bytes;
     } else {
-        return Ok(load(path, options)?);
+        let file = SceneFile::open(path, None, options.read.threads)?;
+        return Ok(load_file(path, &file, options)?);
     }
     amended(opened, options)
 }
 
 /// A scene that does not come from a reader, with the options applied to it.
 fn amended(mut opened: Opened, options: &Options) -> Result<Opened, OpenError> {
-    let Options { read, look } = options;
+    let Options { read, look, .. } = options;
     let scene = &mut opened.scene;
     let notes = &mut opened.notes;
     notes.extend(match override_scene(scene, look, read.threads) {
@@ -151,7 +164,29 @@ fn amended(mut opened: Opened, options: &Options) -> Result<Opened, OpenError> {
 /// [`MAX_DIAGNOSTICS`](phalanx_formats::MAX_DIAGNOSTICS).
 pub fn load(path: &Path, options: &Options) -> Result<Opened, LoadError> {
     let file = SceneFile::open(path, None, options.read.threads)?;
-    load_file(path, &file, options)
+    surrounded(options, |options| load_file(path, &file, options))
+}
+
+/// Opens a scene with its environment, which is read first.
+fn surrounded<E: From<LoadError>>(
+    options: &Options,
+    open: impl FnOnce(&Options) -> Result<Opened, E>,
+) -> Result<Opened, E> {
+    let Some(source) = &options.environment else {
+        return open(options);
+    };
+    let mut options = options.clone();
+    let (light, remark) = source.light(options.read.max_memory)?;
+    let most = options.read.max_memory;
+    let bytes = light.texel_bytes().len() as u64;
+    options.read.max_memory = most.map(|most| most.saturating_sub(bytes));
+    options.look.environment = Some(light);
+    let mut opened = open(&options)?;
+    opened.notes.extend(remark);
+    if let EnvironmentSource::File(path) = source {
+        opened.files.push(path.clone());
+    }
+    Ok(opened)
 }
 
 fn load_file(path: &Path, file: &SceneFile, options: &Options) -> Result<Opened, LoadError> {
@@ -187,9 +222,15 @@ pub fn read_bytes(
     options: &Options,
 ) -> Option<Result<Opened, Vec<Diagnostic>>> {
     let file = SceneFile::from_bytes(Path::new(""), ending, bytes).ok()?;
-    Some(file.read_alone(&options.read).and_then(|read| {
+    let opened = surrounded(options, |options| {
+        let read = file.read_alone(&options.read);
+        let read = read.map_err(|diagnostics| file.fault(diagnostics))?;
         let is_text = read.is_text;
-        finish(read, options).map_err(|unfit| vec![diagnostic(unfit, is_text)])
+        finish(read, options).map_err(|unfit| file.fault(vec![diagnostic(unfit, is_text)]))
+    });
+    Some(opened.map_err(|error| match error {
+        LoadError::Scene { diagnostics, .. } => diagnostics,
+        error => vec![Diagnostic::of_file(false, error.to_string(), None)],
     }))
 }
 

@@ -6,7 +6,9 @@ use super::framing::{PictureShape, framing, parallel_height};
 use super::lights::{self, DefaultLights};
 use super::overrides::{AddedLight, Overrides};
 use glam::{DVec3, Vec3};
-use phalanx_scene::{OrthoHeight, SINGLE_SIDED, Scene, SceneError, UpAxis, View, VisibleVertices};
+use phalanx_scene::{
+    Environment, OrthoHeight, SINGLE_SIDED, Scene, SceneError, UpAxis, View, VisibleVertices,
+};
 
 /// The reason why a scene cannot be traced.
 #[derive(Debug)]
@@ -87,7 +89,7 @@ fn notes_on(scene: &Scene, up_is_assumed: bool, overrides: &Overrides) -> Vec<St
             "the file has no light: a point light over the camera's shoulder{fill} used (see --light)"
         ));
     }
-    if defaulted.sky && scene.sky.is_some() {
+    if defaulted.sky && scene.environment.is_some() {
         notes.push(
             "the file has no surroundings: mirrors see a sky, dark below and bright above (see --background)"
                 .into(),
@@ -100,13 +102,21 @@ fn notes_on(scene: &Scene, up_is_assumed: bool, overrides: &Overrides) -> Vec<St
     notes
 }
 
-/// Notes on the choice of a camera, and on `--up` if it has no effect.
+/// A note on what an environment does, as other renderers light everything by it.
+const ENVIRONMENT_NOTE: &str = "the environment is seen behind the scene, in mirrors and through glass; it lights no matt surface";
+
+/// Notes on the choice of a camera and on the environment, and on options that have no effect.
 fn notes_without_effect(
     scene: &Scene,
     overrides: &Overrides,
 ) -> impl Iterator<Item = String> + use<> {
     let on_camera = camera_choice::note(scene, overrides);
-    on_camera.into_iter().chain(note_on_up(scene, overrides))
+    let on_turn = overrides.environment_turn.is_some() && scene.environment.is_none();
+    let on_turn = on_turn.then(|| "--environment-turn has no effect without an environment".into());
+    let on_light = overrides.environment.is_some();
+    let on_light = on_light.then(|| ENVIRONMENT_NOTE.to_owned());
+    let others = [on_camera, note_on_up(scene, overrides), on_turn, on_light];
+    others.into_iter().flatten()
 }
 
 /// Applies the overrides, and makes the default parts: the one place for all that depends on the
@@ -158,7 +168,7 @@ fn apply(scene: &mut Scene, overrides: &Overrides, threads: usize) -> Result<(),
     };
     scene.view.ortho = visible_height.map(|height| height as f32);
     if defaulted.sky {
-        scene.sky = lights::sky(scene, defaulted.up);
+        scene.environment = lights::sky(scene, defaulted.up);
     }
     Ok(())
 }
@@ -171,8 +181,8 @@ fn seen_height(view: &View) -> f64 {
 
 /// A note if `--up` was given and has no effect.
 fn note_on_up(scene: &Scene, overrides: &Overrides) -> Option<String> {
-    // A sky has an axis of its own.
-    if overrides.up.is_none() || scene.defaulted.view || scene.sky.is_some() {
+    // An environment has an axis of its own.
+    if overrides.up.is_none() || scene.defaulted.view || scene.environment.is_some() {
         return None;
     }
     let reason = if overrides.view.is_some() {
@@ -225,12 +235,29 @@ fn apply_overrides(scene: &mut Scene, overrides: &Overrides) {
     if let Some(color) = overrides.background {
         scene.background = color;
         scene.defaulted.sky = false;
-        scene.sky = None;
+        scene.environment = None;
     }
+    if let Some(light) = &overrides.environment {
+        scene.defaulted.sky = false;
+        let mut environment = Environment::new(light.clone(), scene.defaulted.up, 0.0);
+        environment.is_background = overrides.background.is_none();
+        scene.environment = Some(environment);
+    }
+    turn_environment(scene, overrides);
     scene.smooth_shadows = overrides.smooth_shadows.unwrap_or(scene.smooth_shadows);
     if overrides.two_sided && scene.has_unseen_backs() {
         let flags = scene.materials.flags.make_mut();
         flags.iter_mut().for_each(|flags| *flags &= !SINGLE_SIDED);
+    }
+}
+
+/// Places an environment that is not made up by the up axis and the turn that are given.
+fn turn_environment(scene: &mut Scene, overrides: &Overrides) {
+    let is_moved = overrides.environment_turn.is_some() || overrides.up.is_some();
+    if let (Some(environment), true) = (&mut scene.environment, is_moved) {
+        let (up, turn) = environment.placement();
+        let up = overrides.up.unwrap_or(up);
+        environment.place(up, overrides.environment_turn.unwrap_or(turn));
     }
 }
 

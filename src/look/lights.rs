@@ -2,7 +2,7 @@
 
 use super::framing::middle_and_half;
 use glam::{DVec3, Vec3};
-use phalanx_scene::{Bounds, Scene, Sky, UpAxis, VisibleVertices};
+use phalanx_scene::{Bounds, Environment, EnvironmentLight, Scene, UpAxis, VisibleVertices};
 
 /// Colour of the key light.
 const KEY_LIGHT_COLOR: Vec3 = Vec3::new(1.0, 0.97, 0.92);
@@ -53,12 +53,18 @@ const ZENITH: Vec3 = Vec3::new(0.62, 0.68, 0.76);
 /// Radiance that they see below.
 const NADIR: Vec3 = Vec3::new(0.05, 0.045, 0.04);
 
+/// Light of a sky, dark below and bright above.
+pub const SKY: EnvironmentLight = EnvironmentLight::Gradient {
+    nadir: NADIR,
+    zenith: ZENITH,
+};
+
 /// The surroundings of a scene whose file has none; `None` if nothing reflects them.
-pub(super) fn sky(scene: &Scene, up: UpAxis) -> Option<Sky> {
-    has_mirrors(scene).then_some(Sky {
-        up: up.frame()[1].as_vec3(),
-        nadir: NADIR,
-        zenith: ZENITH,
+pub(super) fn sky(scene: &Scene, up: UpAxis) -> Option<Environment> {
+    has_mirrors(scene).then(|| {
+        let mut sky = Environment::new(SKY, up, 0.0);
+        sky.is_background = false;
+        sky
     })
 }
 

@@ -1,7 +1,7 @@
 //! The user's overrides of a scene.
 
 use glam::{DVec3, Vec3};
-use phalanx_scene::{FileView, OrthoHeight, UpAxis};
+use phalanx_scene::{EnvironmentLight, FileView, OrthoHeight, UpAxis};
 
 /// The user's overrides: of parts that a file gives, and of defaults for those that it lacks.
 #[derive(Clone, Debug, Default)]
@@ -22,6 +22,10 @@ pub struct Overrides {
     pub turntable: bool,
     /// Replaces the file's lights, unless empty.
     pub lights: Vec<AddedLight>,
+    /// Surrounds the scene, and unless a background is given, is seen behind it.
+    pub environment: Option<EnvironmentLight>,
+    /// Turns the environment about the up axis, by degrees; `None` as it is.
+    pub environment_turn: Option<f64>,
     /// Replaces the file's background.
     pub background: Option<Vec3>,
     /// Replaces the format's [`Scene::smooth_shadows`](phalanx_scene::Scene::smooth_shadows).

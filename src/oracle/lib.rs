@@ -191,7 +191,7 @@ impl<'a> Oracle<'a> {
         reach: f32,
     ) -> Vec3 {
         let Some(hit) = hit else {
-            return self.integrator.camera_background();
+            return self.integrator.camera_background(ray.dir);
         };
         let surface = OracleSurface::new(self.scene(), ray, &hit);
         self.integrator.ray_counts.shadow += 1;

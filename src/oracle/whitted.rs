@@ -92,11 +92,13 @@ impl<'a> WhittedIntegrator<'a> {
     }
 
     /// Radiance of a camera ray that hits nothing.
-    pub(super) fn camera_background(&self) -> Vec3 {
-        if self.settings.hides_background {
-            Vec3::ZERO
-        } else {
-            self.search.scene.background
+    pub(super) fn camera_background(&self, dir: Vec3) -> Vec3 {
+        match &self.search.scene.environment {
+            _ if self.settings.hides_background => Vec3::ZERO,
+            Some(seen) if seen.is_background && self.settings.shows_environment() => {
+                seen.radiance(dir)
+            }
+            _ => self.search.scene.background,
         }
     }
 
@@ -176,9 +178,10 @@ impl<'a> WhittedIntegrator<'a> {
         let scene = self.search.scene;
         let mut parts = RadianceParts::default();
         let Some(hit) = hit else {
-            parts.direct = match (segment.depth, scene.sky) {
-                (0, _) => self.camera_background(),
-                (_, Some(sky)) => sky.radiance(segment.ray.dir),
+            let dir = segment.ray.dir;
+            parts.direct = match (segment.depth, &scene.environment) {
+                (0, _) => self.camera_background(dir),
+                (_, Some(environment)) => environment.radiance(dir),
                 (_, None) => scene.background,
             };
             return (parts, [None, None, None].into_iter().flatten());

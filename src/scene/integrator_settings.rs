@@ -16,3 +16,10 @@ pub struct IntegratorSettings {
     /// True if the background is black to camera rays.
     pub hides_background: bool,
 }
+
+impl IntegratorSettings {
+    /// Returns true if camera rays may see an environment.
+    pub fn shows_environment(&self) -> bool {
+        !self.hides_background && self.ao_distance.is_none()
+    }
+}

@@ -21,6 +21,7 @@ mod coverage;
 mod defaulted_parts;
 mod edits;
 mod encoding;
+mod environment;
 pub mod film;
 mod fork_safe_once;
 mod geometries;
@@ -46,7 +47,6 @@ mod removing;
 mod rescale;
 pub mod sampling;
 mod scene;
-mod sky;
 mod tangents;
 mod terminator;
 mod texture_maps;
@@ -72,6 +72,9 @@ pub use coverage::{MAX_PASSES, MIN_SURFACE_SHARE, SurfaceHit};
 pub use defaulted_parts::{DefaultedParts, OrthoHeight};
 pub use edits::{Edits, PartChange, SceneChanges};
 pub use encoding::{OutputEncoding, Quantize, Transfer};
+pub use environment::{
+    Environment, EnvironmentLight, EnvironmentMap, EnvironmentTexels, MAX_ENVIRONMENT_SIDE,
+};
 #[doc(hidden)]
 pub use fork_safe_once::ForkSafeOnce;
 pub use geometries::{GeomId, Geometries, Geometry, NO_GEOM};
@@ -88,7 +91,6 @@ pub use prim_places::PrimPlace;
 pub use prims::*;
 pub use ray_counts::RayCounts;
 pub use scene::{ResolvedPrim, Scene};
-pub use sky::Sky;
 pub use terminator::{OwnFacets, SMOOTH_SLOPE};
 pub use texture_maps::{MapTarget, TextureMap, TextureMaps};
 pub use textures::{MAX_TEXTURE_SIDE, NO_TEXTURE, Texture, Wrap};

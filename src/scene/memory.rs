@@ -3,7 +3,7 @@
 use super::Scene;
 
 /// Parts of a scene, and the sections of scene caches that belong to each.
-const PARTS: [(&str, &[&str]); 9] = [
+const PARTS: [(&str, &[&str]); 10] = [
     ("vertices", &["vertices"]),
     (
         "vertex colours",
@@ -24,17 +24,19 @@ const PARTS: [(&str, &[&str]); 9] = [
         &["triangle texture places", "texture places"],
     ),
     ("textures", &[]),
+    ("environment", &[]),
     ("curved primitives", &[]),
     ("instances", &["instances", "instance maps"]),
     ("primitive list, materials and lights", &["primitive list"]),
 ];
 const TEXTURES: usize = 5;
-const CURVED: usize = 6;
-const OTHERS: usize = 8;
+const ENVIRONMENT: usize = 6;
+const CURVED: usize = 7;
+const OTHERS: usize = 9;
 
 impl Scene {
     /// Bytes of the columns by part, both in owned memory and in a mapped file.
-    pub fn memory_parts(&self) -> [(&'static str, usize); 9] {
+    pub fn memory_parts(&self) -> [(&'static str, usize); 10] {
         let mut parts = PARTS.map(|(part, _)| (part, 0));
         let part_of = |section: &str| PARTS.iter().position(|(_, all)| all.contains(&section));
         for info in self.prim_columns() {
@@ -49,6 +51,9 @@ impl Scene {
         parts[OTHERS].1 += self.lights.directional.row_bytes();
         let texels = |t: &super::Texture| t.texels.row_bytes() + t.alpha.row_bytes();
         parts[TEXTURES].1 = self.textures.iter().map(texels).sum();
+        let environment = self.environment.as_ref();
+        parts[ENVIRONMENT].1 =
+            environment.map_or(0, |environment| environment.light.texel_bytes().len());
         parts
     }
 

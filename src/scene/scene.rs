@@ -6,6 +6,7 @@ use crate::column::Column;
 use crate::defaulted_parts::DefaultedParts;
 use crate::edits::Edits;
 use crate::encoding::OutputEncoding;
+use crate::environment::Environment;
 use crate::geometries::{Geometries, Geometry};
 use crate::instances::{Instances, Meshes};
 use crate::lights::Lights;
@@ -14,7 +15,6 @@ use crate::names::NameTable;
 use crate::prims::{
     Cone, Cones, Ellipsoids, Mesh, Prim, PrimColumns, PrimKind, Spheres, Triangles,
 };
-use crate::sky::Sky;
 use crate::texture_maps::TextureMaps;
 use crate::textures::Texture;
 use crate::threads::{BLOCK_ROWS, map_on_pool};
@@ -51,9 +51,9 @@ pub struct Scene {
     pub output: Option<String>,
     /// Radiance of a ray that misses everything.
     pub background: Vec3,
-    /// Radiance of a mirrored or refracted ray that misses everything; `None` if it is that of the
-    /// background.
-    pub sky: Option<Sky>,
+    /// Surroundings, which mirrored and refracted rays that miss everything see in place of the
+    /// background, and camera rays if [`Environment::is_background`].
+    pub environment: Option<Environment>,
     /// True if shadow rays leave triangles from the smooth surface that their vertex normals
     /// describe, so that the shadow terminator of a model of few triangles has no steps.
     pub smooth_shadows: bool,
@@ -110,7 +110,7 @@ impl Default for Scene {
             max_depth: 5,
             output: None,
             background: Vec3::ZERO,
-            sky: None,
+            environment: None,
             smooth_shadows: false,
             encoding: OutputEncoding::LINEAR,
             view: View {

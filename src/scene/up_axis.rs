@@ -1,6 +1,6 @@
 //! The up axis of a file that does not specify it.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 /// The up axis. Formats without a camera leave it to their users.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -30,6 +30,16 @@ impl UpAxis {
         ("-y", UpAxis::NegY),
         ("-z", UpAxis::NegZ),
     ];
+
+    /// The axis nearest to a vector.
+    pub fn nearest(up: Vec3) -> UpAxis {
+        let along = |axis: UpAxis| axis.frame()[1].as_vec3().dot(up);
+        let nearer = |a, b| if along(b) > along(a) { b } else { a };
+        UpAxis::ALL
+            .map(|(_, axis)| axis)
+            .into_iter()
+            .fold(UpAxis::Y, nearer)
+    }
 
     /// The axes to the right, up, and toward the viewer of a model seen from the front. Each is
     /// the frame of [`UpAxis::Y`] turned by quarters of a circle.

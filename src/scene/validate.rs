@@ -2,6 +2,7 @@
 
 use super::ViewError;
 use super::{MAX_TEXTURE_SIDE, Prim, PrimKind, Scene};
+use crate::environment::Environment;
 use crate::geometries::GeometryRow;
 use crate::prim_places::PrimPlace;
 use crate::prims::ColumnInfo;
@@ -80,12 +81,16 @@ impl Scene {
     pub fn validate(&self) -> Result<(), SceneError> {
         self.validate_tables()?;
         validate_rows(self.prim_columns())?;
+        let environment = self.environment.as_ref();
+        if let Some(k) = environment.and_then(Environment::first_invalid_texel) {
+            return Err(column("texel", "radiance", k, "negative or not finite"));
+        }
         self.validate_boxes()
     }
 
-    /// Checks the same as [`Scene::validate`], except the conditions on the columns of primitives,
-    /// which must be known to hold. That is quick even for scenes of millions. Only the primitives
-    /// that instances show are checked row by row.
+    /// Checks the same as [`Scene::validate`], except the conditions on the columns of primitives
+    /// and on the texels of the environment, which must be known to hold. That is quick even for
+    /// scenes of millions. Only the primitives that instances show are checked row by row.
     pub fn validate_settings(&self) -> Result<(), SceneError> {
         self.validate_tables()?;
         self.validate_boxes()
@@ -107,6 +112,9 @@ impl Scene {
         self.validate_geometries()?;
         self.validate_names()?;
         self.validate_textures()?;
+        if !self.environment.as_ref().is_none_or(Environment::is_valid) {
+            return Err(column("environment", "size or radiance", 0, "out of range"));
+        }
         self.validate_materials()?;
         self.validate_lights()
     }

@@ -35,6 +35,10 @@ pub const ELLIPSOID_DISTANCE: f64 = 1e-5;
 /// the radius in the test.
 pub const FAR_SPHERE: f64 = 8.0 * EPSILON;
 
+/// An angle by an environment's map, in addition to the square of a texel's angle, which bounds the
+/// distance of a chord from its arc: roundings of the direction, of its angles and of colours.
+pub const ENVIRONMENT_ANGLE: f64 = 30.0 * EPSILON;
+
 /// A point on a plane at distance one, from a camera direction; a distance of about 1.
 pub const PLACE: f32 = 1e-6;
 

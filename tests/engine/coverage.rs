@@ -4,12 +4,14 @@
 use crate::common::frames::{difference, frame_of};
 use crate::common::rng::Rng;
 use crate::common::scenes::random_map;
+use crate::environments::random_environment;
 use crate::maps::{random_lobes, random_maps, random_tangents};
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 use phalanx::frame::{Accel, Engine, Integrator, Settings};
 use phalanx::sampling::{Adaptive, Sampling};
 use phalanx::scene::{
-    Material, Mesh, MeshMaterial, NO_INDEX, NO_TEXTURE, SHADOWLESS, Scene, Sky, Texture, View, Wrap,
+    Environment, EnvironmentLight, Material, Mesh, MeshMaterial, NO_INDEX, NO_TEXTURE, SHADOWLESS,
+    Scene, Texture, UpAxis, View, Wrap,
 };
 use phalanx::trace::Kernel;
 use std::time::{Duration, Instant};
@@ -364,11 +366,13 @@ fn mirrors_and_layers_pass_backs() {
 fn a_mirror_sees_the_sky_and_the_camera_the_background() {
     let mut scene = empty();
     scene.max_depth = 1;
-    scene.sky = Some(Sky {
-        up: Vec3::Z,
+    let sky = EnvironmentLight::Gradient {
         nadir: Vec3::ZERO,
         zenith: Vec3::new(2.0, 4.0, 8.0),
-    });
+    };
+    let mut environment = Environment::new(sky, UpAxis::Z, 0.0);
+    environment.is_background = false;
+    scene.environment = Some(environment);
     assert_eq!(middle(&scene), scene.background);
     let mirror = Material {
         ka: Vec3::ZERO,
@@ -565,11 +569,7 @@ fn random_scene(seed: u64) -> Scene {
     }
     scene.view.eye = rng.direction() * 3.0;
     scene.view.ortho = rng.once_in(3).then_some(2.5);
-    scene.sky = rng.once_in(2).then_some(Sky {
-        up: Vec3::Y,
-        nadir: rng.color(),
-        zenith: rng.color(),
-    });
+    scene.environment = rng.once_in(2).then(|| random_environment(rng));
     scene
 }
 

@@ -10,6 +10,7 @@ mod bit_identity;
 mod coverage;
 mod distance;
 mod distributed;
+mod environments;
 mod far_sides;
 mod filters;
 mod front_door;

@@ -5,6 +5,7 @@ mod common;
 
 mod bad_files;
 mod cache;
+mod environments;
 mod folders;
 mod gltf_reader;
 mod mesh_readers;

@@ -5,7 +5,9 @@ use super::header::{self, BLOCK, SectionEntry, SectionLayout};
 use super::mapping::Mapping;
 use super::settings;
 use super::write::shapes;
-use phalanx_scene::{AnyColumn, RowCheck, Scene, Texture, map_on_pool};
+use phalanx_scene::{
+    AnyColumn, Environment, EnvironmentLight, RowCheck, Scene, Texture, map_on_pool,
+};
 use phalanx_trace::bvh::{Bvh, BvhArrays, LeafPrims, UnverifiedBvh};
 use std::path::Path;
 use std::sync::Arc;
@@ -76,6 +78,7 @@ fn take(mapping: &Arc<Mapping>) -> Result<Cached, CacheFault> {
     sections.texels(&mut scene, |texture| {
         texture_has_alpha.next()?.then_some((1, &mut texture.alpha))
     })?;
+    sections.environment(&mut scene)?;
     scene.map_columns(|column| sections.map(column))?;
     let first_array = sections.next + 1;
     let mut parts = BvhArrays {
@@ -90,6 +93,13 @@ fn take(mapping: &Arc<Mapping>) -> Result<Cached, CacheFault> {
     let unverified = UnverifiedBvh::new(parts, &scene);
     verify(file, &shapes, &table, &scene, &unverified, first_array)?;
     scene.validate_settings()?;
+    let environment = scene.environment.as_ref();
+    if environment
+        .and_then(Environment::first_invalid_texel)
+        .is_some()
+    {
+        return Err(CacheFault::Nonsense("environment"));
+    }
     let bvh = unverified.accept(&scene)?;
     Ok(Cached {
         scene,
@@ -149,6 +159,18 @@ impl Sections<'_> {
             range.start = end;
         }
         if range.is_empty() { Ok(()) } else { Err(CacheFault::Nonsense(name)) }
+    }
+
+    /// Reads the texels of an environment, if its light is a picture.
+    fn environment(&mut self, scene: &mut Scene) -> Result<(), CacheFault> {
+        let (name, section) = self.next();
+        let is_there = match scene.environment.as_mut().map(|seen| &mut seen.light) {
+            Some(EnvironmentLight::Map(map)) => {
+                self.mapping.map(map.texels.column_mut(), section.range())
+            }
+            _ => section.range().is_empty(),
+        };
+        if is_there { Ok(()) } else { Err(CacheFault::Nonsense(name)) }
     }
 
     fn map(&mut self, column: &mut dyn AnyColumn) -> Result<(), CacheFault> {
@@ -216,8 +238,8 @@ fn verify(
     }
 }
 
-/// All sections in blocks of whole rows: settings and texels, the columns, the levels, the arrays
-/// of the tree.
+/// All sections in blocks of whole rows: settings, texels and environment, the columns, the levels,
+/// the arrays of the tree.
 fn blocks<'a>(
     file: &'a [u8],
     table: &[SectionEntry],
@@ -227,7 +249,7 @@ fn blocks<'a>(
 ) -> Vec<VerifyTask<'a>> {
     let mut checks = vec![RowCheck::Any; first_array];
     // The other columns are checked in `Scene::validate_settings`.
-    for (check, info) in checks[3..].iter_mut().zip(scene.prim_columns()) {
+    for (check, info) in checks[4..].iter_mut().zip(scene.prim_columns()) {
         *check = info.check;
     }
     let mut all = Vec::new();

@@ -3,8 +3,9 @@
 
 use glam::Vec3;
 use phalanx_scene::{
-    DefaultedParts, MAX_TEXTURE_SIDE, NO_NAME, OrthoHeight, OutputEncoding, Quantize, Scene,
-    SceneCamera, Sky, Texture, Transfer, UpAxis, View, Wrap,
+    DefaultedParts, Environment, EnvironmentLight, EnvironmentMap, EnvironmentTexels,
+    MAX_TEXTURE_SIDE, NO_NAME, OrthoHeight, OutputEncoding, Quantize, Scene, SceneCamera, Texture,
+    Transfer, UpAxis, View, Wrap,
 };
 
 /// Values that the settings hold beside the scene's own.
@@ -45,10 +46,7 @@ pub(super) fn read(bytes: &[u8]) -> Option<(Scene, Extra)> {
     // `Scene::rescale_to_f32_range` makes it.
     let power =
         scene.scale > 0.0 && scene.scale.is_normal() && scene.scale.to_bits() & 0x7f_ffff == 0;
-    let lit = |sky: Sky| sky.up.is_finite() && sky.nadir.is_finite() && sky.zenith.is_finite();
-    let finite = scene.background.is_finite()
-        && scene.sky.is_none_or(lit)
-        && scene.origin.iter().all(|axis| axis.is_finite());
+    let finite = scene.background.is_finite() && scene.origin.iter().all(|axis| axis.is_finite());
     let is_complete = matches!(input, SettingsPass::Read([]));
     (is_complete && finite && power && scene.textures.iter().all(fits)).then_some((scene, extra))
 }
@@ -57,7 +55,6 @@ pub(super) fn read(bytes: &[u8]) -> Option<(Scene, Extra)> {
 /// read, they stand for what is not known yet.
 fn pass(bytes: &mut SettingsPass, from: &Scene, extra: &Extra) -> Option<(Scene, Extra)> {
     let (view, defaulted) = (from.view, &from.defaulted);
-    let sky = from.sky.map(|sky| [sky.up, sky.nadir, sky.zenith]);
     let (ortho, height) = match defaulted.ortho {
         None => (0, 0.0),
         Some(OrthoHeight::Fitting) => (1, 0.0),
@@ -68,9 +65,10 @@ fn pass(bytes: &mut SettingsPass, from: &Scene, extra: &Extra) -> Option<(Scene,
         height: bytes.word(from.height)?,
         max_depth: bytes.word(from.max_depth)?,
         background: bytes.vec3(from.background)?,
-        sky: bytes
-            .option(sky, |bytes, sky| bytes.each(sky, SettingsPass::vec3))?
-            .map(|[up, nadir, zenith]| Sky { up, nadir, zenith }),
+        environment: match bytes.flag(from.environment.is_some())? {
+            true => Some(environment(bytes, from.environment.as_ref())?),
+            false => None,
+        },
         smooth_shadows: bytes.flag(from.smooth_shadows)?,
         scale: bytes.float(from.scale)?,
         origin: bytes.each(from.origin, SettingsPass::double)?,
@@ -138,6 +136,48 @@ fn pass(bytes: &mut SettingsPass, from: &Scene, extra: &Extra) -> Option<(Scene,
     }
     let sah = bytes.double(extra.sah)?;
     Some((scene, Extra { sah, has_alpha }))
+}
+
+/// An environment, read without texels.
+fn environment(bytes: &mut SettingsPass, from: Option<&Environment>) -> Option<Environment> {
+    let (up, turn) = from.map(Environment::placement).unwrap_or_default();
+    let (scale, is_background) = from.map_or((1.0, true), |from| (from.scale, from.is_background));
+    let colors = match from.map(|from| &from.light) {
+        Some(&EnvironmentLight::Gradient { nadir, zenith }) => [nadir, zenith],
+        _ => [Vec3::ZERO; 2],
+    };
+    let (size, kind) = match from.map(|from| &from.light) {
+        Some(EnvironmentLight::Map(map)) => {
+            ([map.width, map.height], map.texels.column().row_size())
+        }
+        _ => ([0; 2], 0),
+    };
+    let up = bytes.one_of(up, UpAxis::ALL.map(|(_, axis)| axis))?;
+    let turn = bytes.double(turn)?;
+    let texels = match bytes.one_of(kind, [0, 4, 6, 12])? {
+        4 => Some(EnvironmentTexels::Rgbe(Default::default())),
+        6 => Some(EnvironmentTexels::Half(Default::default())),
+        12 => Some(EnvironmentTexels::Float(Default::default())),
+        _ => None,
+    };
+    let light = match texels {
+        Some(texels) => {
+            let [width, height] = bytes.each(size, SettingsPass::word)?;
+            EnvironmentLight::Map(EnvironmentMap {
+                width,
+                height,
+                texels,
+            })
+        }
+        None => {
+            let [nadir, zenith] = bytes.each(colors, SettingsPass::vec3)?;
+            EnvironmentLight::Gradient { nadir, zenith }
+        }
+    };
+    let mut environment = Environment::new(light, up, turn);
+    environment.scale = bytes.float(scale)?;
+    environment.is_background = bytes.flag(is_background)?;
+    Some(environment)
 }
 
 /// One way through the settings. Each step takes a value: it is written and returned, or the one

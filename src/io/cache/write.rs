@@ -50,7 +50,8 @@ impl<'a> SectionData<'a> {
     }
 }
 
-/// All sections of a file: settings, texels, their opacity, columns, arrays of the tree.
+/// All sections of a file: settings, texels, their opacity, the environment, columns, arrays of the
+/// tree.
 pub(super) fn sections<'a>(
     scene: &'a Scene,
     bvh: &'a Bvh,
@@ -71,6 +72,9 @@ pub(super) fn sections<'a>(
         row_bytes: 1,
         parts: textures().map(|t| &t.alpha[..]).collect(),
     });
+    let environment = scene.environment.as_ref();
+    let texels = environment.map_or(&[][..], |environment| environment.light.texel_bytes());
+    all.push(SectionData::of("environment", 1, texels));
     let columns = scene.prim_columns().chain(scene.other_columns());
     all.extend(
         columns

@@ -49,14 +49,12 @@ impl PictureSpec {
     pub fn header(&self, scene: &Scene, is_moved: bool) -> PictureHeader {
         let name = self.portable_name();
         let view = scene.file_view(&scene.view);
-        let overrides = SceneOverrides {
-            allow_path: Vec::new(),
-            ..if is_moved {
-                self.overrides.with_view(scene, &view)
-            } else {
-                self.overrides.clone()
-            }
+        let overrides = if is_moved {
+            self.overrides.with_view(scene, &view)
+        } else {
+            self.overrides.clone()
         };
+        let overrides = overrides.without_folders();
         // A name with U+FFFD may have other bytes: a command of it would not find the file.
         let mut command = self.render_words(&name, &overrides, scene);
         command.retain(|_| self.has_exact_name());

@@ -10,11 +10,15 @@ use super::option_row::OptionForm::{Attached, Flag, Repeated, Words};
 use super::option_row::{OptionRow, unless_default};
 use glam::{DVec3, Vec3};
 use phalanx_formats::{Origin, ReadOptions};
+use phalanx_io::EnvironmentSource;
 use phalanx_io::open::Options;
 use phalanx_look::{AddedLight, Overrides};
 use phalanx_scene::{FileView, Material, OrthoHeight, Scene, UpAxis};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
+
+/// Most degrees of `--environment-turn`, either way.
+const MAX_TURN: f64 = 36_000.0;
 
 /// Options of every command that opens a scene.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -33,6 +37,19 @@ pub struct SceneOverrides {
     /// Replaces the file's background with a linear colour R,G,B, or a single number for grey.
     #[cfg_attr(feature = "clap", arg(long, value_name = "R,G,B", value_parser = AsText::<Vec3>::parse))]
     pub background: Option<AsText<Vec3>>,
+    /// Environment: HDR, EXR or PFM file, sky, or R,G,B
+    ///
+    /// Surroundings from infinitely far away: a picture of all directions in equirectangular
+    /// projection (Radiance HDR, OpenEXR or PFM), a sky that is dark below and bright above, or a
+    /// linear colour R,G,B. Seen behind the scene, unless --background is given, in mirrors and
+    /// through glass. Its zenith is the scene's up axis (see --up).
+    #[cfg_attr(feature = "clap", arg(long, value_name = "ENV", value_parser = AsText::<EnvironmentSource>::parse))]
+    pub environment: Option<AsText<EnvironmentSource>>,
+    /// Turn of the environment about the up axis
+    ///
+    /// In degrees, counter-clockwise as seen from above.
+    #[cfg_attr(feature = "clap", arg(long, value_name = "DEGREES", hide_short_help = true, value_parser = parse_turn, allow_hyphen_values = true))]
+    pub environment_turn: Option<f64>,
     /// Default material, as in "kd=.8,.2,.1 ks=.3"
     ///
     /// Material of triangles for which the file names none. Keys: ka, kd, ks, ke and kt (colours),
@@ -115,6 +132,7 @@ impl SceneOverrides {
             ortho: self.ortho.map(|ortho| ortho.0),
             lights: self.light.iter().map(|light| light.0).collect(),
             background: self.background.map(|color| color.0),
+            environment_turn: self.environment_turn,
             two_sided: self.two_sided,
             smooth_shadows: self.terminator.map(|shape| shape == Terminator::Smooth),
             ..Overrides::default()
@@ -125,11 +143,16 @@ impl SceneOverrides {
             allow_paths: self.allow_path.clone(),
             ..ReadOptions::default()
         };
-        Ok(Options { read, look })
+        Ok(Options {
+            read,
+            look,
+            environment: self.environment.as_ref().map(|source| source.0.clone()),
+        })
     }
 
     /// The options in the order of commands, without defaults.
     pub(crate) fn rows(&self) -> Vec<OptionRow> {
+        let turn = self.environment_turn.map(|turn| turn.to_string());
         let fitting = self.ortho == Some(AsText(OrthoHeight::Fitting));
         vec![
             OptionRow::new("camera", Words, &self.camera),
@@ -138,12 +161,25 @@ impl SceneOverrides {
             OptionRow::new("up", Attached, &self.up),
             OptionRow::new("light", Repeated, &self.light),
             OptionRow::new("background", Words, &self.background),
+            OptionRow::new("environment", Attached, &self.environment),
+            OptionRow::new("environment_turn", Attached, &turn),
             OptionRow::new("material", Words, &self.material),
             OptionRow::new("two_sided", Flag, &self.two_sided),
             OptionRow::new("terminator", Words, &self.terminator),
             OptionRow::new("origin", Words, &unless_default(self.origin)),
             OptionRow::new("allow_path", Attached, &self.allow_path),
         ]
+    }
+
+    /// These overrides without the folders of files, which differ between machines.
+    pub(super) fn without_folders(mut self) -> SceneOverrides {
+        self.allow_path.clear();
+        if let Some(AsText(EnvironmentSource::File(path))) = &mut self.environment
+            && let Some(name) = path.file_name()
+        {
+            *path = name.into();
+        }
+        self
     }
 
     /// These overrides with this view written out as the camera of a scene.
@@ -154,8 +190,8 @@ impl SceneOverrides {
             camera: Some(vec![eye, center, up, view.fovy.to_string()]),
             camera_name: None,
             ortho: view.ortho.map(|height| AsText(OrthoHeight::Given(height))),
-            // The sky has an axis, too.
-            up: self.up.filter(|_| scene.sky.is_some()),
+            // The environment has an axis, too.
+            up: self.up.filter(|_| scene.environment.is_some()),
             ..self.clone()
         }
     }
@@ -253,6 +289,36 @@ impl OptionValue for Vec3 {
     fn text(&self) -> String {
         joined(self.to_array())
     }
+}
+
+/// Text of a sky.
+const SKY: &str = "sky";
+
+impl OptionValue for EnvironmentSource {
+    fn parse(text: &str) -> Result<EnvironmentSource, String> {
+        match (text, numbers(text)) {
+            (SKY, _) => Ok(EnvironmentSource::Sky),
+            (_, Ok(_)) => Vec3::parse(text).map(EnvironmentSource::Color),
+            ("", _) => Err("expected a file, sky or R,G,B".into()),
+            _ => Ok(EnvironmentSource::File(text.into())),
+        }
+    }
+
+    fn text(&self) -> String {
+        match self {
+            EnvironmentSource::Sky => SKY.to_owned(),
+            EnvironmentSource::Color(color) => color.text(),
+            EnvironmentSource::File(path) => path.display().to_string(),
+        }
+    }
+}
+
+fn parse_turn(text: &str) -> Result<f64, String> {
+    let turn = text
+        .parse()
+        .ok()
+        .filter(|turn: &f64| turn.abs() <= MAX_TURN);
+    turn.ok_or_else(|| format!("expected degrees from -{MAX_TURN} to {MAX_TURN}, as in 90"))
 }
 
 fn color_of(color: [f32; 3]) -> Result<Vec3, String> {

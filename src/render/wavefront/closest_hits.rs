@@ -27,8 +27,8 @@ pub(super) fn intersect_closest<'arena>(
     hits
 }
 
-/// Assigns the background to rays that hit nothing, or the sky if they have been `bounced` and
-/// there is one. Otherwise they are camera rays, for which the background may be black.
+/// Assigns the radiance of the surroundings to rays that hit nothing: of the environment, if these
+/// rays see it, or else of the background, which may be black to those that have not `bounced`.
 pub(super) fn handle_escaped_rays(
     context: &WavefrontContext,
     rays: &QueueSlice,
@@ -37,18 +37,23 @@ pub(super) fn handle_escaped_rays(
     radiance: &mut [RadianceX8],
 ) {
     let scene = context.scene;
-    let background = if bounced || !context.integrator.hides_background {
+    let integrator = &context.integrator;
+    let background = if bounced || !integrator.hides_background {
         scene.background.to_array()
     } else {
         [0.0; 3]
     };
+    let environment = scene.environment.as_ref();
+    let environment = environment.filter(|environment| {
+        bounced || (environment.is_background && integrator.shows_environment())
+    });
     for (packet, (hit, radiance)) in hits.iter().zip(radiance).enumerate() {
         let escaped = rays.active(packet) & hit.prim_id.eq(U32x8::splat(NO_PRIM));
-        if let (true, Some(sky)) = (bounced, scene.sky) {
+        if let Some(environment) = environment {
             let dir = rays.packet(packet).0.dir;
             for lane in escaped.lanes() {
                 let dir = Vec3::new(dir.x.lane(lane), dir.y.lane(lane), dir.z.lane(lane));
-                radiance.set(lane, sky.radiance(dir).to_array());
+                radiance.set(lane, environment.radiance(dir).to_array());
             }
             continue;
         }

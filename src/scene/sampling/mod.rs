@@ -3,6 +3,7 @@
 //!
 //! | file | contents |
 //! |---|---|
+//! | `angles` | the angle of a vector |
 //! | `sobol` | points of the unit square, by pixel or ray, and sample |
 //! | `warps` | maps from the unit square to sampled shapes |
 //! | `filter` | reconstruction filters of pixels |
@@ -15,6 +16,7 @@
 //! | `srgb` | the bytes of textures |
 
 mod adaptive;
+mod angles;
 mod cells;
 mod filter;
 mod pixel;
@@ -26,6 +28,7 @@ mod srgb;
 mod warps;
 
 pub use adaptive::{Adaptive, BLOCK, FIRST_SAMPLES, PixelMask as BlockPixels};
+pub use angles::turns;
 pub use cells::{
     Cells, LightVisibility, MAX_HITS, MIN_AGREEING, PixelSum, SampleRequest, SampleResult, path_id,
 };

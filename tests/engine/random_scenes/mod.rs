@@ -8,6 +8,7 @@ mod text;
 
 use crate::common::frames::{difference, frame_of};
 use crate::common::rng::Rng;
+use crate::environments::random_environment;
 use phalanx::formats::read_test;
 use phalanx::frame::{Accel, Engine, Filter, Integrator, Kernel, Lens, Sampling, Settings};
 use phalanx::scene::Scene;
@@ -94,11 +95,12 @@ fn every_kernel_renders_what_the_oracle_renders() {
         }
         let mut rng = Rng::new(seed.wrapping_mul(0x1_0000_0001) ^ number as u64);
         let (text, ratio) = random_scene(&mut rng);
-        let Ok(scene) = read_test(&text) else {
+        let Ok(mut scene) = read_test(&text) else {
             refused += 1;
             continue;
         };
         let settings = random_settings(&scene.scene, &mut rng);
+        scene.scene.environment = rng.once_in(2).then(|| random_environment(&mut rng));
         rendered += 1;
         large += usize::from(ratio >= 6.0);
         if let Some(what) = differs(&scene.scene, &settings) {

@@ -7,7 +7,8 @@ use glam::Vec3;
 use phalanx::bvh::Bvh;
 use phalanx::cache::{CacheError, CacheFault, Cached};
 use phalanx::frame::{Accel, Engine, Kernel};
-use phalanx::scene::{DefaultedParts, Material, OrthoHeight, OutputEncoding, Scene, Sky, UpAxis};
+use phalanx::scene::{DefaultedParts, Material, OrthoHeight, OutputEncoding, Scene, UpAxis};
+use phalanx::scene::{Environment, EnvironmentLight};
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
@@ -206,11 +207,11 @@ fn settings_survive_and_their_prefixes_do_not() {
         made_for: Some((1.5, true)),
         ..DefaultedParts::default()
     };
-    scene.sky = Some(Sky {
-        up: Vec3::Y,
+    let sky = EnvironmentLight::Gradient {
         nadir: Vec3::ZERO,
         zenith: Vec3::ONE,
-    });
+    };
+    scene.environment = Some(Environment::new(sky, UpAxis::NegX, 12.5));
     let bytes = bytes_of(&scene, &bvh);
     let room = CacheFolder::new();
     let back = room.open(&bytes).expect("settings").scene;
@@ -226,7 +227,15 @@ fn settings_survive_and_their_prefixes_do_not() {
     }
     let spoiled = [
         |s: &mut Scene| s.background.y = f32::NAN,
-        |s: &mut Scene| s.sky.as_mut().expect("a sky").zenith.x = f32::NAN,
+        |s: &mut Scene| s.environment.as_mut().expect("a sky").scale = f32::NAN,
+        |s: &mut Scene| {
+            let nadir = Vec3::NEG_X;
+            let light = EnvironmentLight::Gradient {
+                nadir,
+                zenith: Vec3::ONE,
+            };
+            s.environment.as_mut().expect("a sky").light = light;
+        },
         |s: &mut Scene| s.scale = 0.75,
         |s: &mut Scene| s.scale = 0.0,
         |s: &mut Scene| s.scale = -1.0,

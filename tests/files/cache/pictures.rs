@@ -204,7 +204,11 @@ fn joined(built: &Options, options: &Options) -> Options {
         material: built.read.material,
         ..options.read.clone()
     };
-    Options { read, look }
+    Options {
+        read,
+        look,
+        ..Options::default()
+    }
 }
 
 fn picture(scene: &Scene, bvh: Option<Bvh>, size: Option<(u32, u32)>) -> Frame {

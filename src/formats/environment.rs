@@ -1,0 +1,150 @@
+//! Pictures of all directions, as environments: Radiance HDR, OpenEXR and PFM.
+
+use crate::memory::{MemoryLedger, OverLimit};
+use crate::read_scene::LoadError;
+use phalanx_image::{ImageFormat, PictureError, PictureLayout, PictureReader};
+use phalanx_scene::{Column, EnvironmentMap, EnvironmentTexels, MAX_ENVIRONMENT_SIDE};
+use std::path::Path;
+
+/// Rows that are read at once: those of one block of most OpenEXR files, and else few, so that they
+/// stay in the caches.
+fn band_rows(format: ImageFormat) -> u32 {
+    if format == ImageFormat::Exr { 32 } else { 4 }
+}
+
+/// Radiance from which on a sample counts as infinite.
+const INFINITE: f32 = 1e30;
+/// Radiance of an infinite sample: the largest half, where most of them were cut off.
+const LARGEST: f32 = 65504.0;
+
+/// An environment's picture, with a remark on what was changed in it.
+#[derive(Debug)]
+pub struct ReadEnvironment {
+    /// The picture.
+    pub map: EnvironmentMap,
+    /// A remark on its shape or on samples that were changed.
+    pub remark: Option<String>,
+}
+
+/// Reads an environment, texels of which are stored as in the file where that is exact, and else as
+/// floats. Takes up to `max_memory` bytes; `None` sets no limit.
+///
+/// # Errors
+/// [`LoadError::Io`], [`LoadError::Memory`], and [`LoadError::Options`] for a file that is no such
+/// picture.
+pub fn read_environment(
+    path: &Path,
+    max_memory: Option<u64>,
+) -> Result<ReadEnvironment, LoadError> {
+    let mut reader = PictureReader::open(path).map_err(fault)?;
+    let unfit = |reason: String| LoadError::Options {
+        path: path.to_path_buf(),
+        reason,
+    };
+    let layout = reader.layout();
+    let channels = colors(layout).map_err(unfit)?;
+    let (width, height) = (layout.width, layout.height);
+    let memory = MemoryLedger::of(max_memory);
+    let count = layout.pixels();
+    let refused = |refusal: OverLimit| LoadError::Memory {
+        path: path.to_path_buf(),
+        what: refusal.what,
+        needed: refusal.needed,
+        allowed: refusal.allowed,
+    };
+    let room = |texels: EnvironmentTexels| {
+        let bytes = count.saturating_mul(texels.column().row_size() as u64);
+        memory.take(bytes, "for the environment").map_err(refused)?;
+        Ok(texels.with_capacity(count as usize))
+    };
+    let mut texels = room(match layout.format {
+        ImageFormat::Hdr => EnvironmentTexels::Rgbe(Column::new()),
+        _ => EnvironmentTexels::Half(Column::new()),
+    })?;
+    let mut changed = 0;
+    let band = band_rows(layout.format);
+    for top in (0..height).step_by(band as usize) {
+        let rows = top..height.min(top + band);
+        let mut planes = reader.read(rows).map_err(fault)?;
+        changed += planes.iter_mut().map(|plane| clamp(plane)).sum::<usize>();
+        let [red, green, blue] = channels.map(|channel| &planes[channel]);
+        let rows = red.iter().zip(green).zip(blue);
+        let float = f32::from_bits;
+        let rows = rows.map(|((&r, &g), &b)| [float(r), float(g), float(b)]);
+        let known = texels.len();
+        if !texels.extend(rows.clone()) {
+            let mut floats = room(EnvironmentTexels::Float(Column::new()))?;
+            let before = (0..known).map(|k| texels.get(k).to_array());
+            floats.extend(before.chain(rows));
+            texels = floats;
+        }
+    }
+    let map = EnvironmentMap {
+        width,
+        height,
+        texels,
+    };
+    let remark = remark(&map, changed);
+    Ok(ReadEnvironment { map, remark })
+}
+
+/// Numbers of the channels that are red, green and blue; all the same for a grey picture.
+fn colors(layout: &PictureLayout) -> Result<[usize; 3], String> {
+    if !layout.format.is_linear() {
+        return Err("an environment needs linear radiance: HDR, OpenEXR or PFM".into());
+    }
+    let side = 1..=MAX_ENVIRONMENT_SIDE;
+    let (width, height) = (layout.width, layout.height);
+    if !side.contains(&width) || !side.contains(&height) {
+        return Err(format!(
+            "an environment of {width}x{height} texels is out of range: \
+             sides are 1 to {MAX_ENVIRONMENT_SIDE}"
+        ));
+    }
+    let find = |name: &str| layout.channels.iter().position(|c| c.name == name);
+    match (find("R"), find("G"), find("B"), find("Y")) {
+        (Some(r), Some(g), Some(b), _) => Ok([r, g, b]),
+        (_, _, _, Some(grey)) => Ok([grey; 3]),
+        _ => Err("it has no channels R, G and B".into()),
+    }
+}
+
+/// Makes samples radiance that tracing can multiply with; returns how many were not.
+fn clamp(samples: &mut [u32]) -> usize {
+    let mut changed = 0;
+    for bits in samples {
+        // Negative numbers and NaN have larger bits than all others.
+        if *bits >= INFINITE.to_bits() {
+            changed += usize::from(*bits != (-0f32).to_bits());
+            let is_large = f32::from_bits(*bits) >= INFINITE;
+            *bits = if is_large { LARGEST.to_bits() } else { 0 };
+        }
+    }
+    changed
+}
+
+/// A remark on an environment, of which `changed` samples were clamped.
+fn remark(map: &EnvironmentMap, changed: usize) -> Option<String> {
+    let (width, height) = (map.width, map.height);
+    if changed > 0 {
+        return Some(format!(
+            "{changed} samples of the environment are negative, infinite or NaN: \
+             they count as {LARGEST} where infinite, else as 0"
+        ));
+    }
+    (width != 2 * height).then(|| {
+        format!("the environment is {width}x{height}, not twice as wide as high: it is stretched")
+    })
+}
+
+fn fault(error: PictureError) -> LoadError {
+    match error {
+        PictureError::Read { path, source } | PictureError::Write { path, source } => {
+            LoadError::Io { path, source }
+        }
+        PictureError::Decode { path, kind, reason } => LoadError::Options {
+            path,
+            reason: format!("not {kind} that can be read: {reason}"),
+        },
+    }
+}

@@ -1,0 +1,39 @@
+//! Environments by name.
+
+use glam::Vec3;
+use phalanx_formats::{LoadError, read_environment};
+use phalanx_look::SKY;
+use phalanx_scene::EnvironmentLight;
+use std::path::PathBuf;
+
+/// The user's choice of an environment.
+#[derive(Clone, Debug, PartialEq)]
+pub enum EnvironmentSource {
+    /// A sky, dark below and bright above.
+    Sky,
+    /// The same radiance from everywhere.
+    Color(Vec3),
+    /// A picture of all directions.
+    File(PathBuf),
+}
+
+impl EnvironmentSource {
+    /// Light of the environment, for which a file may take up to `max_memory` bytes, and a
+    /// remark on it.
+    pub(super) fn light(
+        &self,
+        max_memory: Option<u64>,
+    ) -> Result<(EnvironmentLight, Option<String>), LoadError> {
+        match self {
+            EnvironmentSource::Sky => Ok((SKY, None)),
+            &EnvironmentSource::Color(color) => {
+                let (nadir, zenith) = (color, color);
+                Ok((EnvironmentLight::Gradient { nadir, zenith }, None))
+            }
+            EnvironmentSource::File(path) => {
+                let read = read_environment(path, max_memory)?;
+                Ok((EnvironmentLight::Map(read.map), read.remark))
+            }
+        }
+    }
+}
