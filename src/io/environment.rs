@@ -18,9 +18,12 @@ pub enum EnvironmentSource {
 }
 
 impl EnvironmentSource {
-    /// Light of the environment, for which a file may take up to `max_memory` bytes, and a
-    /// remark on it.
-    pub(super) fn light(
+    /// Light of the environment, for which a file may take up to `max_memory` bytes (`None`: any
+    /// number), and a remark on it.
+    ///
+    /// # Errors
+    /// Those of [`read_environment`].
+    pub fn light(
         &self,
         max_memory: Option<u64>,
     ) -> Result<(EnvironmentLight, Option<String>), LoadError> {

@@ -14,6 +14,7 @@
 mod arrays;
 mod bench;
 mod coordinates;
+mod environment;
 mod errors;
 mod hits;
 mod interrupt;

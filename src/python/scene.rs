@@ -185,7 +185,7 @@ impl PyScene {
     }
 
     /// Changes the scene, which its tree has to follow.
-    fn change<T>(
+    pub(crate) fn change<T>(
         &self,
         py: Python<'_>,
         change: impl FnOnce(&mut Scene) -> Result<T, GeometryError>,

@@ -107,7 +107,7 @@ impl Environment {
 
     /// Returns true if all numbers beside texels are finite, radiance is not negative, and a map
     /// has the texels of its size.
-    pub(super) fn is_valid(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         let is_lit = match &self.light {
             &EnvironmentLight::Gradient { nadir, zenith } => is_light(nadir) && is_light(zenith),
             EnvironmentLight::Map(map) => {

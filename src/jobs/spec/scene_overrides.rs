@@ -18,6 +18,7 @@ use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
 /// Most degrees of `--environment-turn`, either way.
+#[cfg(feature = "clap")]
 const MAX_TURN: f64 = 36_000.0;
 
 /// Options of every command that opens a scene.
@@ -313,6 +314,7 @@ impl OptionValue for EnvironmentSource {
     }
 }
 
+#[cfg(feature = "clap")]
 fn parse_turn(text: &str) -> Result<f64, String> {
     let turn = text
         .parse()

@@ -41,6 +41,7 @@ fn the_command_in_a_picture_makes_it_again() {
     fs::create_dir(room.path().join("ä b")).unwrap();
     fs::copy(room.path().join("a.test"), room.path().join("it\'s ä.test")).unwrap();
     let bytes = |name: &str| fs::read(room.path().join(name)).unwrap();
+    room.ok("render a.test -o sky.pfm --size 6x3 --background .1,.2,.3");
     for (options, words) in [
         (
             "",
@@ -51,6 +52,10 @@ fn the_command_in_a_picture_makes_it_again() {
             "--region 3 4 20 11",
         ),
         ("--aov alpha --bits 16 --transfer srgb", "--aov alpha"),
+        (
+            "--environment sky.pfm --environment-turn -30 --up z",
+            "--up=z --environment=sky.pfm --environment-turn=-30",
+        ),
         (
             "--camera 0.1,1,5 0,0,0 0,1,0 45 --light dir:1,2,3,.5,.25,1 --light 1,1,7 --background .1,.2,.3 \
              --integrator ao --ao-distance 3 --spp 2 --transfer srgb --origin 1,2,3 --ortho=5.5",

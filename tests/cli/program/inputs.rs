@@ -50,6 +50,7 @@ fn furnished() -> TestFolder {
     let bench = "bench truck.obj --size 16x16 --rays primary --threads 1 --repeat 1";
     room.ok(&format!("{bench} --json r.json"));
     room.ok("build truck.obj -o c.phx");
+    room.ok("render a.test --size 4x2 -o sky.pfm");
     // Named, but not shown: by an unused material, an image without a texture, a comment.
     for name in ["bump.png", "spare.png", "left.png"] {
         fs::copy(room.path().join("a.png"), room.path().join(name)).unwrap();
@@ -73,7 +74,7 @@ fn files(room: &TestFolder) -> BTreeMap<String, Vec<u8>> {
 }
 
 /// Command lines with `OUT` for a result, the option that names it, and all inputs.
-const LINES: [(&str, &str, &str); 25] = [
+const LINES: [(&str, &str, &str); 26] = [
     (
         "render left.ply -o OUT.png",
         "--output",
@@ -90,6 +91,11 @@ const LINES: [(&str, &str, &str); 25] = [
         "truck.gltf g.png truck.png spare.png",
     ),
     ("render c.phx -o OUT.png", "--output", "c.phx"),
+    (
+        "render a.test --environment sky.pfm -o OUT.png",
+        "--output",
+        "a.test sky.pfm",
+    ),
     (
         "render truck.obj --heat nodes OUT.png",
         "--heat",
