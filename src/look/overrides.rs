@@ -22,6 +22,8 @@ pub struct Overrides {
     pub turntable: bool,
     /// Replaces the file's lights, unless empty.
     pub lights: Vec<AddedLight>,
+    /// Replaces the file's lights by default ones beside the camera.
+    pub headlight: bool,
     /// Replaces the file's background.
     pub background: Option<Vec3>,
     /// Replaces the format's [`Scene::smooth_shadows`](phalanx_scene::Scene::smooth_shadows).
