@@ -110,9 +110,14 @@ impl Scene {
 
     /// The view with positions that the file's coordinates give to the bit. Only a scene that was
     /// moved has others: close to its origin, single precision resolves more than double precision
-    /// does in the file.
+    /// does in the file. A view that would visibly change stays as it is.
     pub fn tellable_view(&self, view: &View) -> View {
-        self.view_of(&self.file_view(view))
+        let rounded = self.view_of(&self.file_view(view));
+        // The numbers may be too small to be squared in single precision.
+        let apart = |a: Vec3, b: Vec3| a.as_dvec3().distance(b.as_dvec3());
+        let distance = apart(view.eye, view.center);
+        let moved = apart(rounded.eye, view.eye) + apart(rounded.center, view.center);
+        if moved <= distance * MAX_MOVE { rounded } else { *view }
     }
 
     /// The view in the file's coordinates with as few digits as give it back to the bit, if it is
@@ -146,6 +151,10 @@ impl Scene {
         self.is_moved().then(|| format!("{x}, {y}, {z}"))
     }
 }
+
+/// Largest move of eye and target together that does not count as visible, as a share of the
+/// distance between them.
+const MAX_MOVE: f64 = 1e-5;
 
 /// The shortest decimal that rounds to a number.
 fn shortest(c: f32) -> f64 {

@@ -112,7 +112,7 @@ macro_rules! pixel_options {
 }
 
 pixel_options! {
-    /// Samples per pixel [default: 4; 1 for .test and NFF]
+    /// Samples per pixel [default: 4; .test, NFF: 1]
     ///
     /// Camera rays per pixel, 1 to 65536; the maximum with --aa adaptive, best a power of two. A
     /// single sample goes through the pixel's centre, several are spread over the filter. [default:
@@ -148,7 +148,7 @@ pixel_options! {
     ///
     /// Weighting of a pixel's samples: box covers the pixel's square, tent reaches into its
     /// neighbours, and mitchell (Mitchell's cubic) is sharper.
-    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME", hide_possible_values = true, value_parser = names::<Filter>(Filter::ALL.map(|(name, _)| name))))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME", hide_short_help = true, hide_possible_values = true, value_parser = names::<Filter>(Filter::ALL.map(|(name, _)| name))))]
     filter: Option<AsText<Filter>>, 70, Words,
         |s| Some(AsText(s.sampling.filter)),
         sets |o, s| s.sampling.filter = o.filter.unwrap_or(AsText(Filter::Box)).0;
@@ -204,7 +204,7 @@ pixel_options! {
             let occlusion = Integrator::Occlusion { distance };
             s.integrator = if o.is_occlusion() { occlusion } else { Integrator::Whitted };
         };
-    /// Reach of --integrator ao [default: a tenth of the scene]
+    /// Reach of ao [default: a tenth of the scene]
     ///
     /// Maximum distance of occluders, in the scene's units; inf for no limit, which leaves closed
     /// rooms black. [default: a tenth of the diagonal of the scene's bounds, to two digits]

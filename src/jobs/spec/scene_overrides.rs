@@ -28,7 +28,7 @@ pub struct SceneOverrides {
     /// 4,4,4 --light dir:-1,1,0,.2,.2,.3
     #[cfg_attr(feature = "clap", arg(long, value_name = "LIGHT", value_parser = AsText::<AddedLight>::parse, allow_hyphen_values = true))]
     pub light: Vec<AsText<AddedLight>>,
-    /// Light from beside the camera, in place of the file's
+    /// Lights at the camera, instead of the file's
     ///
     /// Replaces the file's lights with the key light and the fill light of files that have none.
     /// They move with the camera, also in sequences.

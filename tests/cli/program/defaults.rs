@@ -1,5 +1,5 @@
-//! What a picture has where neither its file nor an option says anything, option by option; and the
-//! camera that is told.
+//! Defaults of pictures where neither the file nor an option says anything, option by option; and
+//! the camera that is told.
 
 use super::TestFolder;
 use serde_json::{Value, json};
@@ -44,15 +44,15 @@ fn room() -> TestFolder {
     room
 }
 
-/// What is told of a picture, and its pixels.
-struct Picture {
+/// The report of a picture, and its pixels.
+struct Rendering {
     report: Value,
     lights: Value,
     bytes: Vec<u8>,
 }
 
-impl Picture {
-    fn of(room: &TestFolder, scene: &str, options: &str) -> Picture {
+impl Rendering {
+    fn of(room: &TestFolder, scene: &str, options: &str) -> Rendering {
         let size = if options.contains("--size") { "" } else { "--size 40x30" };
         let report = room.json(&format!(
             "render {scene} -o out.pfm {size} {options} --json"
@@ -60,7 +60,7 @@ impl Picture {
         let scene_options = options.split("--size").next().unwrap();
         let scene_options = scene_options.split("--spp").next().unwrap();
         let described = room.json(&format!("info {scene} {scene_options} --json"));
-        Picture {
+        Rendering {
             report,
             lights: described["lights"].clone(),
             bytes: fs::read(room.path().join("out.pfm")).unwrap(),
@@ -84,14 +84,14 @@ fn each_option_changes_what_it_says_and_nothing_else() {
         ("a.test", 1, lamps(1, 1)),
         ("standard:tetra:2", 1, lamps(1, 0)),
     ] {
-        let plain = Picture::of(&room, scene, "");
+        let plain = Rendering::of(&room, scene, "");
         assert_eq!(
             (&plain.report["spp"], &plain.lights),
             (&json!(spp), &lights),
             "{scene}"
         );
         // The camera that is told is the camera that was used.
-        let again = Picture::of(&room, scene, plain.camera());
+        let again = Rendering::of(&room, scene, plain.camera());
         assert_eq!(again.camera(), plain.camera(), "{scene}");
         assert!(again.bytes == plain.bytes, "{scene}: {}", plain.camera());
         let camera = "--camera 2,3,4 0,.5,0 0,1,0 50";
@@ -102,7 +102,7 @@ fn each_option_changes_what_it_says_and_nothing_else() {
             ("--background .2,.3,.4", lights.clone(), spp),
             ("--spp 9", lights.clone(), 9),
         ] {
-            let other = Picture::of(&room, scene, option);
+            let other = Rendering::of(&room, scene, option);
             assert_eq!(other.report["spp"], has_spp, "{scene} {option}");
             assert_eq!(other.lights, has_lights, "{scene} {option}");
             let same_camera = other.camera() == plain.camera();
@@ -110,7 +110,7 @@ fn each_option_changes_what_it_says_and_nothing_else() {
             let both = format!("{option} {camera}");
             if option != camera {
                 assert_eq!(
-                    Picture::of(&room, scene, &both).lights,
+                    Rendering::of(&room, scene, &both).lights,
                     has_lights,
                     "{scene}"
                 );
@@ -165,18 +165,18 @@ fn a_camera_that_is_told_gives_the_same_picture_to_the_bit() {
         ("c.gltf", "--camera-name 0"),
         ("a.test", "--origin 1,2,3"),
     ] {
-        let told = Picture::of(&room, scene, options);
-        let kept = ["--camera-name", "--up", "--size", "--ortho", "0", "z"];
+        let shown = Rendering::of(&room, scene, options);
+        let left_out = ["--camera-name", "--up", "--size", "--ortho", "0", "z"];
         let rest = options
             .split(' ')
-            .filter(|word| !kept.iter().any(|kept| word.starts_with(kept)));
+            .filter(|word| !left_out.iter().any(|option| word.starts_with(option)));
         let rest = Vec::from_iter(rest.filter(|word| !word.contains('x'))).join(" ");
-        let line = format!("{rest} {}", told.camera());
-        let again = Picture::of(&room, scene, &line);
-        assert!(again.bytes == told.bytes, "{scene} {options}: {line}");
-        let first = &told.bytes[told.bytes.len() - 12..];
+        let line = format!("{rest} {}", shown.camera());
+        let again = Rendering::of(&room, scene, &line);
+        assert!(again.bytes == shown.bytes, "{scene} {options}: {line}");
+        let first = &shown.bytes[shown.bytes.len() - 12..];
         assert!(
-            told.bytes.chunks(12).any(|pixel| pixel != first),
+            shown.bytes.chunks(12).any(|pixel| pixel != first),
             "{scene} {options}"
         );
         // `info` tells that of the scene's own size.
@@ -191,7 +191,7 @@ fn a_camera_that_is_told_gives_the_same_picture_to_the_bit() {
                 .starts_with("--camera ")
         );
     }
-    // A short report tells the camera that was made up; a long one, all; and not the one of key frames.
+    // A short report tells the camera that was made up; a long one, all but those of key frames.
     room.write("keys", "0 0 1 5 0 0 0 0 1 0 45\n1 1 1 5 0 0 0 0 1 0 45\n");
     let report = |line: &str| room.ok(&format!("render {line} -o out.png --size 40x30"));
     assert!(report("s.obj").contains("\ncamera       --camera "));

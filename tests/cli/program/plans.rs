@@ -273,7 +273,7 @@ fn files_of_other_layouts_are_refused_by_version() {
     room.write("old.json", &old.to_string());
     let parts = [
         "old.json: made by another version of phalanx",
-        "version 1, this program reads version 4",
+        "version 1, this program reads version 5",
     ];
     room.refused("merge old.json", 1, &parts);
     let tiles = fs::read(room.path().join("p.shard-0.tiles")).unwrap();
@@ -289,7 +289,7 @@ fn files_of_other_layouts_are_refused_by_version() {
         for file in ["c.tiles", "p.shard-0.tiles"] {
             fs::write(room.path().join(file), &old).unwrap();
         }
-        let version = format!("version {name}, this program reads version 4");
+        let version = format!("version {name}, this program reads version 5");
         room.refused(
             "render a.test -o a.png --checkpoint c.tiles",
             2,

@@ -90,7 +90,7 @@ pub struct CheckpointArgs {
 #[command(next_help_heading = LONG_RENDERS)]
 pub struct PreviewArgs {
     /// Show the unfinished picture in the terminal
-    #[arg(long)]
+    #[arg(long, hide_short_help = true)]
     pub preview: bool,
     /// Write the unfinished picture to this file at intervals
     ///
