@@ -38,17 +38,25 @@ impl DefaultLights {
 /// Replaces the lights of a scene with these bounds by a key light above and to the left of its
 /// camera, and a fill light.
 pub(super) fn place(scene: &mut Scene, bounds: Bounds) {
-    let (center, half) = middle_and_half(bounds);
-    let from = scene.view.eye.as_dvec3() - center;
+    let (middle, half) = middle_and_half(bounds);
+    let View { eye, center, .. } = scene.view;
+    let is_inside = eye.cmpgt(bounds.lo).all() && eye.cmplt(bounds.hi).all();
+    let target = if is_inside { center.as_dvec3() } else { middle };
+    let from = eye.as_dvec3() - target;
     let back = from.normalize_or(DVec3::Z);
     let up = scene.view.up.as_dvec3().normalize_or(DVec3::Y);
     let right = up.cross(back).normalize_or(DVec3::X);
-    // As far from the middle as the camera, so that the shadow side shows the shape.
-    let reach = from.length().max(2.0 * half.length());
-    let key = (back * 0.75 - right * 0.7 + up * 0.85).normalize();
-    let position = (center + key * reach * 1.5).as_vec3();
+    let shoulder = up * 0.85 - right * 0.7;
+    let position = if is_inside {
+        // Walls may be all around: the light stays close to the camera.
+        eye.as_dvec3() + shoulder * from.length() * 0.1
+    } else {
+        // As far from the middle as the camera, so that the shadow side shows the shape.
+        let reach = from.length().max(2.0 * half.length());
+        target + (back * 0.75 + shoulder).normalize() * reach * 1.5
+    };
     scene.lights = Default::default();
-    scene.lights.add_point(position, KEY_LIGHT_COLOR, Vec3::X);
+    (scene.lights).add_point(position.as_vec3(), KEY_LIGHT_COLOR, Vec3::X);
     // From below the other shoulder, where the key light's shadows fall.
     let fill = (back * 0.55 + right * 0.7 - up * 0.35).normalize();
     scene.lights.add_fill(fill.as_vec3(), FILL_LIGHT_COLOR);

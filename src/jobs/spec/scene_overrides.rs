@@ -32,7 +32,10 @@ pub struct SceneOverrides {
     ///
     /// Replaces the file's lights with the key light and the fill light of files that have none.
     /// They move with the camera, also in sequences.
-    #[cfg_attr(feature = "clap", arg(long, conflicts_with = "light"))]
+    #[cfg_attr(
+        feature = "clap",
+        arg(long, hide_short_help = true, conflicts_with = "light")
+    )]
     pub headlight: bool,
     /// Background colour, linear
     ///

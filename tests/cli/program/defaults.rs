@@ -279,6 +279,24 @@ fn lights_that_are_made_up_turn_with_the_camera() {
 }
 
 #[test]
+fn lights_that_are_made_up_enter_a_room_with_the_camera() {
+    let room = TestFolder::new();
+    room.write(
+        "box.obj",
+        "v 0 0 0\nv 4 0 0\nv 4 3 0\nv 0 3 0\nv 0 0 4\nv 4 0 4\nv 4 3 4\nv 0 3 4\n\
+         f 1 2 3 4\nf 5 6 7 8\nf 1 2 6 5\nf 4 3 7 8\nf 1 4 8 5\nf 2 3 7 6\n",
+    );
+    room.write("keys", "0 3 1 1 0 2 4 0 1 0 60\n2 1 2 3 4 1 2 0 1 0 60\n");
+    room.ok("render box.obj -o f#.png --keyframes keys --size 40x30");
+    for frame in 0..3 {
+        let picture = phalanx::image::load(&room.path().join(format!("f{frame}.png"))).unwrap();
+        let sum: u32 = picture.pixels.iter().map(|pixel| u32::from(pixel[0])).sum();
+        let mean = sum / picture.pixels.len() as u32;
+        assert!(mean > 130, "{frame}: {mean}");
+    }
+}
+
+#[test]
 fn frames_end_with_the_command_of_a_video() {
     let room = room();
     let line = "render s.obj --size 40x30 --turntable 6";

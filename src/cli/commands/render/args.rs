@@ -9,6 +9,7 @@ use phalanx::jobs::{EncodingSpec, PixelSpec};
 use std::path::PathBuf;
 
 #[derive(Debug, Args)]
+#[command(mut_arg("headlight", |arg| arg.hide_short_help(false)))]
 pub struct RenderArgs {
     #[arg(
         required_unless_present = "plan",

@@ -59,10 +59,8 @@ pub fn hint(scene: &Scene, bvh: &Bvh) -> Option<String> {
     let level = directions().filter(|direction| direction.dot(up) == 0.0);
     let richest = level.map(view).max_by_key(|view| seen(bvh, view).1)?;
     let [eye, center] = [eye, richest.center].map(|point| words(scene, point, size / scene.scale));
-    // The default light is outside, too.
-    let light = if scene.defaulted.light { format!(" --light {eye}") } else { String::new() };
     Some(format!(
-        "a few large faces hide the rest; if this is a room, try a camera inside it: --camera {eye} {center} {},{},{} {FOVY}{light}",
+        "a few large faces hide the rest; if this is a room, try a camera inside it: --camera {eye} {center} {},{},{} {FOVY}",
         up.x, up.y, up.z
     ))
 }
@@ -141,6 +139,10 @@ mod tests {
         for &(lo, size, cells) in boxes {
             add_box(&mut scene, lo, size, cells);
         }
+        hint_in(scene)
+    }
+
+    fn hint_in(mut scene: Scene) -> Option<String> {
         scene.view.eye = Vec3::new(20.0, 14.0, 40.0);
         scene.view.center = Vec3::splat(2.0);
         scene.view.up = Vec3::Y;
@@ -157,7 +159,7 @@ mod tests {
     fn a_furnished_room_is_looked_into_and_a_solid_is_not() {
         let (room, table) = ((Vec3::ZERO, 10.0, 1), (Vec3::splat(1.0), 2.0, 14));
         let hint = hint_of(&[room, table]).unwrap();
-        let options = "--camera 5.0,5.0,5.0 1.1,5.0,1.9 0,1,0 60 --light 5.0,5.0,5.0";
+        let options = "--camera 5.0,5.0,5.0 1.1,5.0,1.9 0,1,0 60";
         assert!(hint.ends_with(options), "{hint}");
         assert_eq!(
             hint_of(&[(Vec3::ZERO, 10.0, 14)]),
@@ -165,11 +167,19 @@ mod tests {
             "a finely divided box"
         );
         assert_eq!(hint_of(&[room]), None, "a plain box");
-        // A closed object on a ground: its walls are far from the ground's ends.
-        let object = (Vec3::new(-1.0, 0.0, -1.0), 2.0, 14);
-        let ground = (Vec3::new(-30.0, -60.0, -30.0), 60.0, 1);
-        assert_eq!(hint_of(&[object, ground]), None, "a ground");
         let far = (Vec3::new(30.0, 0.0, 0.0), 10.0, 1);
         assert_eq!(hint_of(&[room, table, far]), None, "the middle is outside");
+    }
+
+    #[test]
+    fn a_closed_object_on_a_ground_is_no_room() {
+        let mut scene = Scene::default();
+        add_box(&mut scene, Vec3::new(-1.0, 0.0, -1.0), 2.0, 14);
+        let corner = |x: f32, z: f32| Vec3::new(x * 60.0, 0.0, z * 60.0);
+        for k in [-1.0, 1.0] {
+            let corners = [corner(-1.0, -1.0), corner(1.0, 1.0), corner(k, -k)];
+            scene.add_triangle(corners, None, 0);
+        }
+        assert_eq!(hint_in(scene), None);
     }
 }

@@ -111,8 +111,8 @@ fn picture(args: &RenderArgs, name: &Path) -> Result<(), CliError> {
     let image = RenderImage::new(&settings, &output, sequence.as_ref());
     let sizes = (tree, memory);
     let stats = &work.stats;
-    let mut report =
-        RenderDocument::new(name, scene, &settings, image, camera, sizes, stats, seconds);
+    let mut report = RenderDocument::new(name, scene, &settings, image, sizes, stats, seconds);
+    report.camera = camera;
     let checkpoint = args.kept.checkpoint.as_deref();
     report.checkpoint = checkpoint.map(|path| KeptTiles {
         path: path.to_string_lossy().into_owned(),

@@ -26,7 +26,7 @@ pub struct RenderDocument {
     image: RenderImage,
     max_depth: u32,
     /// The camera, which a turntable starts with; `None` with key frames.
-    camera: Option<CameraReport>,
+    pub camera: Option<CameraReport>,
     #[serde(flatten)]
     summary: RenderSummary,
     primitives: PrimitiveCounts,
@@ -142,7 +142,6 @@ impl RenderDocument {
         scene: &Scene,
         settings: &Settings,
         image: RenderImage,
-        camera: Option<CameraReport>,
         (tree, memory): (TreeStats, MemoryStats),
         stats: &RenderStats,
         seconds: RenderSeconds,
@@ -157,7 +156,7 @@ impl RenderDocument {
             threads: settings.threads,
             image,
             max_depth: settings.max_depth,
-            camera,
+            camera: None,
             summary: RenderSummary::of(settings),
             primitives: PrimitiveCounts::of(scene),
             origin: scene.origin,
@@ -297,10 +296,7 @@ mod tests {
         let image = RenderImage::new(&settings, &output.unwrap(), None);
         let sizes = (stats, MemoryStats::of(&scene, &stats, 1 << 20, 0));
         let name = Path::new("a.test");
-        let camera = Some(CameraReport::of(&scene, (640, 480)));
-        RenderDocument::new(
-            name, &scene, &settings, image, camera, sizes, &work, seconds,
-        )
+        RenderDocument::new(name, &scene, &settings, image, sizes, &work, seconds)
     }
 
     #[test]

@@ -28,7 +28,6 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, Args)]
-#[command(mut_arg("headlight", |arg| arg.hide_short_help(true)))]
 pub struct VerifyArgs {
     #[arg(
         required = true,
