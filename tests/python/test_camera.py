@@ -71,9 +71,8 @@ def test_a_headlight_replaces_the_lights_of_a_file(tmp_path):
     dark = phalanx.Scene.load(path).render()
     scene = phalanx.Scene.load(path, headlight=True)
     behind = ((0, 0, -5), (0, 0, 0), (0, 1, 0), 40)
-    assert dark[15, 20].max() == 0
     for camera in (None, behind):
-        assert scene.render(camera)[15, 20].min() > 0.2
+        assert scene.render(camera)[15, 20].min() > dark[15, 20].max() + 0.2
 
 
 def test_an_exact_matrix_gives_the_same_bits(cube):
@@ -166,5 +165,5 @@ def test_other_angles_are_refused(cube, fov):
 
 @pytest.mark.parametrize("camera", [np.eye(4), (np.eye(4),), (1, 2, 3), [np.eye(4), 40], 7, "front"])
 def test_other_cameras_are_refused(cube, camera):
-    with pytest.raises(TypeError, match=r"\(from, at, up, fov\) \| \(c2w, fov\)"):
+    with pytest.raises(TypeError, match=r"\(from, at, up, fov\) \| .* \| \(c2w, fov\)"):
         cube.render(camera, SIZE)

@@ -3,7 +3,7 @@
 use crate::folders::shared_scenes;
 use phalanx::formats::{LoadError, Options, load};
 
-/// Spheres, cones, triangles, lights (a key light and a fill light if the file has none) and warnings.
+/// Spheres, cones, triangles, lights (two of its own if the file has none) and warnings.
 const FILES: [(&str, [usize; 5]); 11] = [
     ("default/balls.nff", [7381, 0, 2, 3, 0]),
     ("default/gears.nff", [0, 0, 36_610, 5, 0]),
