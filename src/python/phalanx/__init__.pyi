@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 __version__: str
 __all__ = ["AllHits", "Hits", "Scene", "isa"]
 
-# Two points, a vector, and the vertical field of view in degrees, for parallel rays also a height; or a matrix, and that angle.
+# Two points, a vector, and the vertical field of view in degrees; for parallel rays also a height. Or a matrix, and that angle.
 _Vector = Sequence[float] | NDArray[np.float32] | NDArray[np.float64]
 _LookAt = tuple[_Vector, _Vector, _Vector, float]
 _Parallel = tuple[_Vector, _Vector, _Vector, float, float]
