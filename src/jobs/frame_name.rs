@@ -62,7 +62,6 @@ pub fn video_command(
     (width, height): (u32, u32),
     is_linear: bool,
 ) -> Option<String> {
-    let stem = || path.file_stem().and_then(OsStr::to_str);
     let ending = path.extension().and_then(OsStr::to_str)?;
     let FrameNumber {
         before,
@@ -71,14 +70,14 @@ pub fn video_command(
     } = match FrameNumber::of(path) {
         Some(number) => number,
         None => FrameNumber {
-            before: format!("{}.", stem()?),
+            before: format!("{}.", path.file_stem()?.to_str()?),
             digits: frame_digits(last, last).len(),
             after: format!(".{ending}"),
         },
     };
-    // Whatever comes before a colon would be a protocol.
-    let folder = path.parent().filter(|folder| *folder != Path::new(""));
-    let folder = folder.map_or(Some("."), Path::to_str)?;
+    // What comes before a colon would be a protocol, and a hyphen begins an option.
+    let folder = Path::new(".").join(path.parent()?);
+    let folder = folder.to_str()?.trim_end_matches('/');
     let literal = |text: &str| text.replace('%', "%%");
     let name = format!("{}%0{digits}d{}", literal(&before), literal(&after));
     let input = format!("{}/{name}", literal(folder));
@@ -149,8 +148,8 @@ mod tests {
         };
         assert_eq!(
             command("a/b.png", false),
-            "ffmpeg -framerate 24 -start_number 7 -i 'a/b.%04d.png' \
-             -vf 'pad=ceil(iw/2)*2:ceil(ih/2)*2' -pix_fmt yuv420p a/b.mp4"
+            "ffmpeg -framerate 24 -start_number 7 -i './a/b.%04d.png' \
+             -vf 'pad=ceil(iw/2)*2:ceil(ih/2)*2' -pix_fmt yuv420p ./a/b.mp4"
         );
         for (path, input, output) in [
             ("b-##.exr", " -i './b-%02d.exr' ", " ./b.mp4"),
@@ -161,6 +160,12 @@ mod tests {
             ),
             ("c:#.jpg", " -i './c:%01d.jpg' ", " ./c:.mp4"),
             ("###.png", " -i './%03d.png' ", " ./video.mp4"),
+            (
+                "-d%d/#.png",
+                " -i './-d%%d/%01d.png' ",
+                " './-d%d/video.mp4'",
+            ),
+            ("/#.png", " -i '/%01d.png' ", " /video.mp4"),
             ("a#b.png", " -i './a%01db.png' ", " ./ab.mp4"),
         ] {
             let command = command(path, true);
