@@ -325,7 +325,7 @@ mod tests {
             "my notes",
             "my notes\n",
             "{}\n",
-            "{\"layout_version\": 4}\n",
+            "{\"layout_version\": 5}\n",
         ] {
             fs::write(&path, text).unwrap();
             assert!(matches!(refused(), KeptFileError::Other { .. }), "{text}");

@@ -7,8 +7,8 @@ use std::path::Path;
 
 /// Version of the layout of kept files. Version 1 of tiles had its settings as one text, version 2
 /// as fields of their own; lists of frames had version 1. In version 3, positions were not relative
-/// to the scene's origin.
-pub(super) const LAYOUT_VERSION: u32 = 4;
+/// to the scene's origin; in version 4, default lights stayed where the first frame had them.
+pub(super) const LAYOUT_VERSION: u32 = 5;
 
 /// A kind of kept files.
 pub(super) struct KeptKind {

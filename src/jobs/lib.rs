@@ -61,7 +61,7 @@ mod tile_record;
 pub use bands::{BandStats, BandsError, bands, merge_bands, render_bands, render_to_file};
 pub use field_error::FieldError;
 pub use finished_frames::{FinishedFrames, FrameIdentity, FrameState};
-pub use frame_name::frame_name;
+pub use frame_name::{VIDEO_RATE, frame_name, video_command};
 pub use kept_file::KeptFileError;
 pub use open_bands::open_bands;
 pub use output_path::kept_output;

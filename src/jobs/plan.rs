@@ -17,8 +17,9 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 /// Version of the layout of plans. Version 1 had its settings as one text, and an output of any
-/// name; versions 2 and 3, of pictures and of sequences, had the arguments of a command line.
-const SCHEMA_VERSION: u32 = 4;
+/// name; versions 2 and 3, of pictures and of sequences, had the arguments of a command line. In
+/// version 4, default lights stayed where the first frame had them.
+const SCHEMA_VERSION: u32 = 5;
 
 /// Longest plan that is read: several times the longest command line that systems take.
 const MAX_BYTES: u64 = 16 << 20;

@@ -3,7 +3,7 @@
 
 use super::camera_choice;
 use super::framing::{PictureShape, framing, parallel_height};
-use super::lights::{self, DefaultLights};
+use super::lights;
 use super::overrides::{AddedLight, Overrides};
 use glam::{DVec3, Vec3};
 use phalanx_scene::{
@@ -38,9 +38,11 @@ pub fn finish_scene(
     overrides: &Overrides,
     threads: usize,
 ) -> Result<Vec<String>, UnfitScene> {
-    let defaulted = &mut scene.defaulted;
-    defaulted.bare = defaulted.view && defaulted.light && defaulted.sky;
-    if defaulted.sky {
+    scene.view = scene.tellable_view(&scene.view);
+    for k in 0..scene.cameras.len() {
+        scene.cameras[k].view = scene.tellable_view(&scene.cameras[k].view);
+    }
+    if scene.defaulted.sky {
         scene.background = BACKGROUND;
     }
     let unfit = |message: String, is_override: bool| UnfitScene {
@@ -83,11 +85,11 @@ fn notes_on(scene: &Scene, up_is_assumed: bool, overrides: &Overrides) -> Vec<St
         let used = "the file has no camera: one that frames everything is used";
         notes.push(format!("{used}{up}"));
     }
-    if defaulted.light {
-        let fill = if defaulted.bare { " and a fill light are" } else { " is" };
-        notes.push(format!(
-            "the file has no light: a point light over the camera's shoulder{fill} used (see --light)"
-        ));
+    if defaulted.light && !overrides.headlight {
+        notes.push(
+            "the file has no light: a point light over the camera's shoulder and a fill light are used (see --light)"
+                .into(),
+        );
     }
     if defaulted.sky && scene.environment.is_some() {
         notes.push(
@@ -151,13 +153,13 @@ fn apply(scene: &mut Scene, overrides: &Overrides, threads: usize) -> Result<(),
                 up: defaulted.up,
                 turntable: overrides.turntable,
             };
-            scene.view = framing(scene, &visible, bounds, shape);
+            scene.view = scene.tellable_view(&framing(scene, &visible, bounds, shape));
             if defaulted.ortho == Some(OrthoHeight::Fitting) {
                 fitting = Some(parallel_height(scene, &visible, &scene.view, bounds, shape));
             }
         }
         if defaulted.light {
-            DefaultLights { bounds }.place(scene);
+            lights::place(scene, bounds);
         }
     }
     let visible_height = match (defaulted.ortho, defaulted.ortho_size) {
@@ -224,10 +226,10 @@ fn apply_overrides(scene: &mut Scene, overrides: &Overrides) {
     }
     scene.defaulted.up = overrides.up.unwrap_or(scene.defaulted.up);
     scene.defaulted.ortho = overrides.ortho.or(scene.defaulted.ortho);
+    scene.defaulted.light |= overrides.headlight;
     if !overrides.lights.is_empty() {
         scene.lights = Default::default();
         scene.defaulted.light = false;
-        scene.defaulted.bare = false;
         for light in &overrides.lights {
             add_light(scene, light);
         }

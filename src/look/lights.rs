@@ -2,7 +2,7 @@
 
 use super::framing::middle_and_half;
 use glam::{DVec3, Vec3};
-use phalanx_scene::{Bounds, Environment, EnvironmentLight, Scene, UpAxis, VisibleVertices};
+use phalanx_scene::{Bounds, Environment, EnvironmentLight, Scene, UpAxis, View, VisibleVertices};
 
 /// Colour of the key light.
 const KEY_LIGHT_COLOR: Vec3 = Vec3::new(1.0, 0.97, 0.92);
@@ -10,42 +10,56 @@ const KEY_LIGHT_COLOR: Vec3 = Vec3::new(1.0, 0.97, 0.92);
 /// Colour of the fill light: dim enough for shadows to show, bright enough for the forms in them.
 const FILL_LIGHT_COLOR: Vec3 = Vec3::new(0.17, 0.19, 0.225);
 
-/// Lights of a scene whose file has none. They stand beside its camera, wherever that goes.
+/// Default lights of a scene, if it has them: they stand beside its camera, wherever that goes.
 #[derive(Clone, Copy, Debug)]
 pub struct DefaultLights {
-    /// Bounds of everything visible.
-    pub(super) bounds: Bounds,
+    /// Bounds of everything visible; `None` if the scene's lights are its own.
+    bounds: Option<Bounds>,
 }
 
 impl DefaultLights {
-    /// The lights of a scene, found by this many threads (0: one per CPU); `None` if its lights are
-    /// its own.
-    pub fn of(scene: &Scene, threads: usize) -> Option<DefaultLights> {
-        (scene.defaulted.light).then(|| DefaultLights {
-            bounds: VisibleVertices::of(scene, threads).bounds(scene),
-        })
-    }
-
-    /// Gives the scene a key light above and to the left of its camera, and if it is a bare mesh a
-    /// fill light.
-    pub fn place(&self, scene: &mut Scene) {
-        let (center, half) = middle_and_half(self.bounds);
-        let from = scene.view.eye.as_dvec3() - center;
-        let back = from.normalize_or(DVec3::Z);
-        let up = scene.view.up.as_dvec3().normalize_or(DVec3::Y);
-        let right = up.cross(back).normalize_or(DVec3::X);
-        // As far from the middle as the camera, so that the shadow side shows the shape.
-        let reach = from.length().max(2.0 * half.length());
-        let key = (back * 0.75 - right * 0.7 + up * 0.85).normalize();
-        let position = (center + key * reach * 1.5).as_vec3();
-        scene.lights = Default::default();
-        scene.lights.add_point(position, KEY_LIGHT_COLOR, Vec3::X);
-        if scene.defaulted.bare {
-            // From below the other shoulder, where the key light's shadows fall.
-            let fill = (back * 0.55 + right * 0.7 - up * 0.35).normalize();
-            scene.lights.add_fill(fill.as_vec3(), FILL_LIGHT_COLOR);
+    /// The lights of a scene, found by this many threads (0: one per CPU).
+    pub fn of(scene: &Scene, threads: usize) -> DefaultLights {
+        let bounds = || VisibleVertices::of(scene, threads).bounds(scene);
+        DefaultLights {
+            bounds: scene.defaulted.light.then(bounds),
         }
     }
+
+    /// Moves the scene's camera, and these lights with it.
+    pub fn move_camera(&self, scene: &mut Scene, view: View) {
+        scene.view = scene.tellable_view(&view);
+        if let Some(bounds) = self.bounds {
+            place(scene, bounds);
+        }
+    }
+}
+
+/// Replaces the lights of a scene with these bounds by a key light above and to the left of its
+/// camera, and a fill light.
+pub(super) fn place(scene: &mut Scene, bounds: Bounds) {
+    let (middle, half) = middle_and_half(bounds);
+    let View { eye, center, .. } = scene.view;
+    let is_inside = eye.cmpgt(bounds.lo).all() && eye.cmplt(bounds.hi).all();
+    let target = if is_inside { center.as_dvec3() } else { middle };
+    let from = eye.as_dvec3() - target;
+    let back = from.normalize_or(DVec3::Z);
+    let up = scene.view.up.as_dvec3().normalize_or(DVec3::Y);
+    let right = up.cross(back).normalize_or(DVec3::X);
+    let shoulder = up * 0.85 - right * 0.7;
+    let position = if is_inside {
+        // Walls may be all around: the light stays close to the camera.
+        eye.as_dvec3() + shoulder * from.length() * 0.1
+    } else {
+        // As far from the middle as the camera, so that the shadow side shows the shape.
+        let reach = from.length().max(2.0 * half.length());
+        target + (back * 0.75 + shoulder).normalize() * reach * 1.5
+    };
+    scene.lights = Default::default();
+    (scene.lights).add_point(position.as_vec3(), KEY_LIGHT_COLOR, Vec3::X);
+    // From below the other shoulder, where the key light's shadows fall.
+    let fill = (back * 0.55 + right * 0.7 - up * 0.35).normalize();
+    scene.lights.add_fill(fill.as_vec3(), FILL_LIGHT_COLOR);
 }
 
 /// Radiance that mirrors see above a mesh without surroundings: that of a bright room.

@@ -22,6 +22,8 @@ pub struct Overrides {
     pub turntable: bool,
     /// Replaces the file's lights, unless empty.
     pub lights: Vec<AddedLight>,
+    /// Replaces the file's lights by default ones beside the camera.
+    pub headlight: bool,
     /// Surrounds the scene, and unless a background is given, is seen behind it.
     pub environment: Option<EnvironmentLight>,
     /// Turns the environment about the up axis, by degrees; `None` as it is.

@@ -12,7 +12,7 @@ use phalanx::frame::{AccelRef, Control, Frame, Settings, render_with};
 use phalanx::glam::DVec3;
 use phalanx::scene::{FileView, ViewError, check_image_size};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyTuple};
 
 /// Largest distance of a camera's axis, of length 1, from where the other two put it: 0.2 degrees,
 /// which three decimals of a matrix need.
@@ -23,6 +23,8 @@ const MAX_SKEW: f64 = 1.0 / 256.0;
 pub(crate) enum PyCamera<'py> {
     #[pyo3(annotation = "(from, at, up, fov)")]
     LookAt([f64; 3], [f64; 3], [f32; 3], f32),
+    #[pyo3(annotation = "(from, at, up, fov, height)")]
+    Parallel([f64; 3], [f64; 3], [f32; 3], f32, f64),
     #[pyo3(annotation = "(c2w, fov)")]
     Pose(Bound<'py, PyAny>, f32),
 }
@@ -40,11 +42,12 @@ impl PyScene {
     ///     scene's, as in NeRF's data, OpenGL and Blender: its columns are the
     ///     directions right, up and backward, of any length, and the position.
     ///     For OpenCV's and COLMAP's, negate the second and third column.
+    ///     (from, at, up, fov, height) has parallel rays, and shows this height.
     ///     None for the file's camera, or one that frames everything.
     /// size : (width, height) in pixels; None for the file's, or 640 by 480
     /// spp : int
-    ///     Samples per pixel; None for 1, or for 4 if a mesh has neither a
-    ///     camera nor a light.
+    ///     Samples per pixel; None for 4, or for 1 if the scene is from a .test
+    ///     or NFF file, or a standard scene.
     /// max_depth : int
     ///     Maximum number of bounces; None for the scene's.
     /// aovs : list of str
@@ -86,6 +89,25 @@ impl PyScene {
             pictures.set_item(name, plane(py, &frame.film, aov)?)?;
         }
         Ok(pictures.into_any())
+    }
+
+    /// The camera of a picture of this size where none is given, as a tuple
+    /// that render() takes: (from, at, up, fov), or (from, at, up, fov,
+    /// height) for parallel rays. It gives the same picture to the bit.
+    #[pyo3(signature = (size=None))]
+    fn camera<'py>(
+        &self,
+        py: Python<'py>,
+        size: Option<(u32, u32)>,
+    ) -> PyResult<Bound<'py, PyTuple>> {
+        let scene = self.now(py).framed(None, size)?;
+        let view = scene.shortest_view(&scene.view);
+        let [eye, center] = [view.eye, view.center].map(|point| point.to_array());
+        let (up, fov) = (view.up.to_array(), view.fovy);
+        match view.ortho {
+            None => (eye, center, up, fov).into_pyobject(py),
+            Some(height) => (eye, center, up, fov, height).into_pyobject(py),
+        }
     }
 
     /// Distances along the camera's rays: float32, (height, width), inf for a
@@ -158,8 +180,13 @@ impl Snapshot {
     }
 
     fn view_of(&self, camera: PyCamera<'_>) -> PyResult<FileView> {
+        let mut ortho = None;
         let (eye, center, up, fovy) = match camera {
             PyCamera::LookAt(eye, center, up, fovy) => (eye, center, up, fovy),
+            PyCamera::Parallel(eye, center, up, fovy, height) => {
+                ortho = Some(height);
+                (eye, center, up, fovy)
+            }
             PyCamera::Pose(pose, fovy) => look_at(&pose, fovy, &self.coordinates())?,
         };
         Ok(FileView {
@@ -167,7 +194,7 @@ impl Snapshot {
             center: center.into(),
             up: up.into(),
             fovy,
-            ortho: None,
+            ortho,
         })
     }
 }

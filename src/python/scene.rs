@@ -238,7 +238,7 @@ impl PyScene {
             defaulted: phalanx::scene::DefaultedParts {
                 view: true,
                 light: true,
-                bare: true,
+                samples: true,
                 ..Default::default()
             },
             ..Scene::new()
@@ -255,22 +255,27 @@ impl PyScene {
     /// camera : str or int
     ///     The camera of the file by name, or by number from 0, as in
     ///     cameras. None for the first.
+    /// headlight : bool
+    ///     True for a key light and a fill light beside the camera in place of
+    ///     the file's lights.
     ///
     /// Includes camera, materials, lights and names. The reader's remarks
     /// become warnings. Raises OSError if the system cannot read the file,
     /// ValueError for errors in its contents and for an unknown camera.
     #[staticmethod]
-    #[pyo3(signature = (path, threads=None, camera=None))]
+    #[pyo3(signature = (path, threads=None, camera=None, headlight=false))]
     fn load(
         py: Python<'_>,
         path: PathBuf,
         threads: Option<i64>,
         camera: Option<Bound<'_, PyAny>>,
+        headlight: bool,
     ) -> PyResult<PyScene> {
         let camera = camera.map(|camera| Ok::<_, PyErr>(camera.str()?.to_string()));
         let mut options = Options::default();
         options.read.threads = self::threads(threads)?;
         options.look.camera = camera.transpose()?;
+        options.look.headlight = headlight;
         let opened = py.detach(|| phalanx::open::open(&path, &options));
         let opened = opened.map_err(|error| open_error(&path.to_string_lossy(), error))?;
         let warnings = py.import("warnings")?;

@@ -8,11 +8,10 @@ use crate::up_axis::UpAxis;
 pub struct DefaultedParts {
     /// True if the view is one that frames everything.
     pub view: bool,
-    /// True if the only lights are a key light beside the camera, and for a bare mesh a fill light.
+    /// True if the only lights are a key light and a fill light beside the camera.
     pub light: bool,
-    /// True if this is a mesh without camera, light and surroundings in its file, and no light is
-    /// given. Its picture is a first look at it, with a fill light and several samples per pixel.
-    pub bare: bool,
+    /// True if the format prescribes no number of samples per pixel, so that several are taken.
+    pub samples: bool,
     /// True if there are no surroundings: mirrors, if any, reflect a sky.
     pub sky: bool,
     /// The up axis of the default view and sky.

@@ -67,6 +67,16 @@ impl Scene {
         )
     }
 
+    /// File position of a scene position with the digits that single precision has near the
+    /// scene's origin: a coordinate of 500000.31 in the file is that again.
+    pub fn short_position(&self, position: Vec3) -> DVec3 {
+        let local = self.relative_position(position).to_array().map(shortest);
+        DVec3::from_array(std::array::from_fn(|axis| match self.origin[axis] {
+            0.0 => local[axis],
+            origin => origin + local[axis],
+        }))
+    }
+
     /// File position of a scene position, relative to the scene's origin: `position / scale`,
     /// rounded once.
     pub fn relative_position(&self, position: Vec3) -> Vec3 {
@@ -98,6 +108,38 @@ impl Scene {
         }
     }
 
+    /// The view with positions that the file's coordinates give to the bit. Only a scene that was
+    /// moved has others: close to its origin, single precision resolves more than double precision
+    /// does in the file. A view that would visibly change stays as it is.
+    pub fn tellable_view(&self, view: &View) -> View {
+        let rounded = self.view_of(&self.file_view(view));
+        // The numbers may be too small to be squared in single precision.
+        let apart = |a: Vec3, b: Vec3| a.as_dvec3().distance(b.as_dvec3());
+        let distance = apart(view.eye, view.center);
+        let moved = apart(rounded.eye, view.eye) + apart(rounded.center, view.center);
+        if moved <= distance * MAX_MOVE { rounded } else { *view }
+    }
+
+    /// The view in the file's coordinates with as few digits as give it back to the bit, if it is
+    /// [tellable](Scene::tellable_view).
+    pub fn shortest_view(&self, view: &View) -> FileView {
+        let exact = self.file_view(view);
+        let height = exact.ortho.map(|height| shortest(height as f32));
+        let short = FileView {
+            eye: self.short_position(view.eye),
+            center: self.short_position(view.center),
+            ortho: height,
+            ..exact
+        };
+        let again = self.view_of(&short);
+        FileView {
+            eye: if again.eye == view.eye { short.eye } else { exact.eye },
+            center: if again.center == view.center { short.center } else { exact.center },
+            ortho: if again.ortho == view.ortho { short.ortho } else { exact.ortho },
+            ..exact
+        }
+    }
+
     /// Returns true if the scene has a local origin: its coordinates differ from those of the file.
     pub fn is_moved(&self) -> bool {
         self.origin != [0.0; 3]
@@ -110,9 +152,70 @@ impl Scene {
     }
 }
 
+/// Largest move of eye and target together that does not count as visible, as a share of the
+/// distance between them.
+const MAX_MOVE: f64 = 1e-5;
+
+/// The shortest decimal that rounds to a number.
+fn shortest(c: f32) -> f64 {
+    c.to_string().parse().unwrap_or(f64::from(c))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn places_are_told_as_files_have_them() {
+        let mut scene = Scene {
+            scale: 0.25,
+            ..Scene::default()
+        };
+        let short = |scene: &Scene, x, y, z| scene.short_position(Vec3::new(x, y, z)).to_array();
+        assert_eq!(short(&scene, 0.025, -0.0, 1e9), [0.1, 0.0, 4e9]);
+        scene.origin = [500_000.0, 0.0, -4_012_352.0];
+        scene.scale = 1.0;
+        let position = short(&scene, 0.31, 0.1, 7.25);
+        assert_eq!(position, [500_000.31, 0.1, -4_012_344.75]);
+    }
+
+    #[test]
+    fn told_views_come_back_to_the_bit() {
+        let places = [1e-7, 0.000_123_456_7, -0.1, 3.5, 1234.567, 2e8];
+        for (origin, scale) in [(0.0, 1.0), (0.0, 0.25), (4_012_352.0, 1.0), (-5e5, 8.0)] {
+            let scene = Scene {
+                origin: [origin, 0.0, -origin],
+                scale,
+                ..Scene::default()
+            };
+            for (k, &x) in places.iter().enumerate() {
+                let view = View {
+                    eye: Vec3::new(x, places[(k + 1) % 6], 0.7 * x),
+                    center: Vec3::new(places[(k + 2) % 6], x, -0.3),
+                    ortho: (x > 0.0).then_some(x),
+                    ..scene.view
+                };
+                let view = scene.tellable_view(&view);
+                assert_eq!(scene.tellable_view(&view), view);
+                let shortest = scene.shortest_view(&view);
+                let text =
+                    [shortest.eye, shortest.center].map(|p| p.to_array().map(|c| c.to_string()));
+                let [eye, center] = text.map(|p| p.map(|c| c.parse::<f64>().unwrap()));
+                let again = FileView {
+                    eye: eye.into(),
+                    center: center.into(),
+                    ..shortest
+                };
+                assert_eq!(scene.view_of(&again), view, "{origin} {scale} {x}");
+            }
+        }
+        let view = View {
+            eye: Vec3::new(0.1, 0.2, 7.0),
+            ..Scene::default().view
+        };
+        let shortest = Scene::default().shortest_view(&view);
+        assert_eq!(shortest.eye.to_array(), [0.1, 0.2, 7.0], "few digits");
+    }
 
     #[test]
     fn places_go_to_the_scene_and_back() {

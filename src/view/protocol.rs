@@ -11,22 +11,6 @@ pub const MAX_PIXELS: u64 = 1 << 22;
 /// Longest side of a picture.
 const MAX_SIDE: u32 = 1 << 14;
 
-/// The view with the shortest decimals of what was in single precision.
-pub(super) fn shortened(view: FileView) -> FileView {
-    let short = |c: f64| {
-        if f64::from(c as f32) == c {
-            (c as f32).to_string().parse().unwrap_or(c)
-        } else {
-            c
-        }
-    };
-    FileView {
-        eye: view.eye.map(short),
-        center: view.center.map(short),
-        ..view
-    }
-}
-
 /// Quantities that a picture may show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]

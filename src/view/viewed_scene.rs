@@ -1,13 +1,13 @@
 //! The scene that is viewed, its tree, and the options of its pictures.
 
-use super::protocol::{Shot, ViewMode, shortened};
+use super::protocol::{Shot, ViewMode};
 use glam::DVec3;
 use phalanx::Bvh;
 use phalanx::formats::DefaultLights;
 use phalanx::frame::{Integrator, Quality, Settings};
 use phalanx::isa;
-use phalanx::jobs::PictureSpec;
 use phalanx::jobs::spec::IntegratorName;
+use phalanx::jobs::{PictureSpec, PixelSpec};
 use phalanx::scene::{FileView, Scene};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -48,7 +48,8 @@ pub struct ViewedScene {
     /// Most pixels of pictures at rest, all pages together.
     pub(super) most_pixels: u64,
     pub(super) facts: ViewedFacts,
-    lights: Option<DefaultLights>,
+    lights: DefaultLights,
+    occlusion: Integrator,
     /// The scene's own view, and its number among the cameras of the file.
     view: FileView,
     camera: Option<usize>,
@@ -64,8 +65,13 @@ impl ViewedScene {
         facts: ViewedFacts,
     ) -> ViewedScene {
         let lights = DefaultLights::of(&scene, settings.threads);
+        let occluded = PixelSpec {
+            integrator: Some(IntegratorName::Ao),
+            ..spec.pixels.clone()
+        };
         ViewedScene {
-            view: shortened(scene.file_view(&scene.view)),
+            view: scene.shortest_view(&scene.view),
+            occlusion: occluded.settings(&scene).integrator,
             camera: scene.used_camera(),
             scene,
             bvh,
@@ -80,11 +86,8 @@ impl ViewedScene {
     /// Moves the camera, and the lights that follow it.
     pub(super) fn look(&mut self, view: &FileView) -> Result<(), String> {
         let scene = &mut self.scene;
-        scene.view = scene.view_of(view);
+        self.lights.move_camera(scene, scene.view_of(view));
         scene.defaulted.view = false;
-        if let Some(lights) = &self.lights {
-            lights.place(scene);
-        }
         scene.view.basis().map_err(|error| error.to_string())?;
         if scene.is_in_safe_range() {
             Ok(())
@@ -99,8 +102,7 @@ impl ViewedScene {
         (settings.width, settings.height) = size;
         settings.sampling.spp = 1;
         if mode == ViewMode::Ao {
-            let distance = self.spec.pixels.ao_distance.unwrap_or(f32::INFINITY);
-            settings.integrator = Integrator::Occlusion { distance };
+            settings.integrator = self.occlusion;
         }
         settings
     }
@@ -141,7 +143,7 @@ impl ViewedScene {
         let bounds = scene.bounds();
         let corner = |point| scene.file_position(point).to_array();
         let cameras = scene.cameras.iter().map(|camera| {
-            let view = shortened(scene.file_view(&camera.view));
+            let view = scene.shortest_view(&camera.view);
             json!({ "name": scene.names.get(camera.name), "view": view })
         });
         let name = Path::new(&self.spec.scene);

@@ -2,8 +2,8 @@
 
 use crate::cli::options::{OUTPUT, SceneArgs, SceneInput, TreeArgs, WantedPicture};
 use crate::cli::output::{
-    self, CliError, MemoryStats, Output, PrimitiveCounts, TreeFigures, grouped, interrupt, lines,
-    origin_row, to_file_coordinates,
+    self, CameraReport, CliError, MemoryStats, Output, PrimitiveCounts, TreeFigures, grouped,
+    interrupt, lines, origin_row,
 };
 use clap::Args;
 use phalanx::frame::{Engine, TreeStats};
@@ -40,6 +40,7 @@ struct InfoDocument {
     named_objects: NameList,
     named_materials: NameList,
     cameras: Vec<CameraRow>,
+    camera: CameraReport,
     /// Bounds in the file's own coordinates; `None` for a scene without primitives.
     bounds: Option<FileBounds>,
     /// Origin of the scene's coordinates, in the file's; zero if they are the same.
@@ -210,6 +211,7 @@ impl InfoDocument {
             named_objects,
             named_materials,
             cameras,
+            camera: CameraReport::of(scene, (scene.width, scene.height)),
             bounds: bounds(scene),
             origin: scene.origin,
             bvh: tree.into(),
@@ -244,6 +246,7 @@ impl Output for InfoDocument {
             Some(("scene", self.scene.clone())),
             Some(("image", image)),
             camera_words(&self.cameras).map(|words| ("cameras", words)),
+            Some(self.camera.row()),
             Some(("primitives", self.primitives.words())),
             placed.map(|words| ("instances", words)),
             self.named_objects.words().map(|words| ("objects", words)),
@@ -263,8 +266,8 @@ impl Output for InfoDocument {
 fn bounds(scene: &Scene) -> Option<FileBounds> {
     let bounds = scene.bounds();
     (!bounds.is_empty()).then(|| FileBounds {
-        lo: to_file_coordinates(scene, bounds.lo),
-        hi: to_file_coordinates(scene, bounds.hi),
+        lo: scene.short_position(bounds.lo).to_array(),
+        hi: scene.short_position(bounds.hi).to_array(),
     })
 }
 

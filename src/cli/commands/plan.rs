@@ -9,6 +9,7 @@ use crate::cli::output::{
 };
 use clap::{Args, value_parser};
 use phalanx::files::{quoted_text, shell_path, shown_path};
+use phalanx::formats::DefaultLights;
 use phalanx::frame::Settings;
 use phalanx::image::ImageFormat;
 use phalanx::jobs::{
@@ -271,12 +272,14 @@ pub struct ReopenedPicture {
     pub settings: Settings,
     /// The scene's own view.
     start: View,
+    lights: DefaultLights,
 }
 
 impl ReopenedPicture {
     /// Sets the camera of a frame.
     pub fn set_frame(&mut self, frames: &PlannedFrames, frame: u32) -> Result<(), CliError> {
-        self.scene_input.scene.view = frames.view(frame)?.unwrap_or(self.start);
+        let view = frames.view(frame)?.unwrap_or(self.start);
+        self.lights.move_camera(&mut self.scene_input.scene, view);
         Ok(())
     }
 
@@ -312,10 +315,12 @@ pub fn reopen(path: &Path, plan: &RenderPlan, threads: usize) -> Result<Reopened
         check_camera(path, sequence, &scene_input.scene)?;
     }
     let start = scene_input.scene.view;
+    let lights = DefaultLights::of(&scene_input.scene, threads);
     Ok(ReopenedPicture {
         scene_input,
         settings,
         start,
+        lights,
     })
 }
 

@@ -35,6 +35,7 @@ pub(crate) fn empty_scene() -> Scene {
         defaulted: DefaultedParts {
             view: true,
             light: true,
+            samples: true,
             sky: true,
             ..DefaultedParts::default()
         },

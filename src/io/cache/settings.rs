@@ -80,7 +80,7 @@ fn pass(bytes: &mut SettingsPass, from: &Scene, extra: &Extra) -> Option<(Scene,
         defaulted: DefaultedParts {
             view: bytes.flag(defaulted.view)?,
             light: bytes.flag(defaulted.light)?,
-            bare: bytes.flag(defaulted.bare)?,
+            samples: bytes.flag(defaulted.samples)?,
             sky: bytes.flag(defaulted.sky)?,
             up: bytes.one_of(defaulted.up, UpAxis::ALL.map(|(_, axis)| axis))?,
             ortho: match bytes.one_of(ortho, [0, 1, 2])? {

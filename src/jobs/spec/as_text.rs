@@ -1,5 +1,6 @@
 //! Values of options that plans, keys and commands have as text.
 
+use super::numbers::parse_number;
 use phalanx_render::frame::Filter;
 use phalanx_scene::film::{Aov, Aovs};
 use phalanx_scene::{Quantize, Transfer, UpAxis};
@@ -63,6 +64,18 @@ impl<T: Named> OptionValue for T {
     fn text(&self) -> String {
         let named = T::NAMES.iter().find(|(_, value)| value == self);
         named.map_or(String::new(), |(name, _)| (*name).to_owned())
+    }
+}
+
+/// A distance above 0, which may be infinite.
+impl OptionValue for f32 {
+    fn parse(text: &str) -> Result<f32, String> {
+        let good = |distance: &f32| *distance > 0.0;
+        parse_number(text, good, "a distance greater than 0, as in 2.5, or inf")
+    }
+
+    fn text(&self) -> String {
+        format!("{self:?}")
     }
 }
 

@@ -20,4 +20,4 @@ pub use numbers::{parse_number, parse_size};
 pub(crate) use option_row::OptionRow;
 pub use picture_spec::{PictureSpec, set_header};
 pub use pixel_spec::{AntiAliasing, IntegratorName, PixelSpec};
-pub use scene_overrides::{SceneOverrides, Terminator};
+pub use scene_overrides::{SceneOverrides, Terminator, camera_options};

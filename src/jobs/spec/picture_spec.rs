@@ -48,7 +48,7 @@ impl PictureSpec {
     /// scene's name and the overrides give, so that the command has to name it.
     pub fn header(&self, scene: &Scene, is_moved: bool) -> PictureHeader {
         let name = self.portable_name();
-        let view = scene.file_view(&scene.view);
+        let view = scene.shortest_view(&scene.view);
         let overrides = if is_moved {
             self.overrides.with_view(scene, &view)
         } else {
@@ -91,8 +91,8 @@ impl PictureSpec {
         let format = self.format.iter();
         command.extend(format.flat_map(|f| ["--format".to_owned(), f.clone()]));
         command.extend(words(&overrides.rows()));
-        // A bare mesh has other defaults.
-        let is_default = |spp: &u32| *spp == 1 && !scene.defaulted.bare;
+        // Other formats have another default.
+        let is_default = |spp: &u32| *spp == 1 && !scene.defaulted.samples;
         let pixels = PixelSpec {
             spp: self.pixels.spp.filter(|spp| !is_default(spp)),
             aa: unless_default(self.pixels.aa),

@@ -84,6 +84,9 @@ macro_rules! pixel_options {
             pub fn settings(&self, scene: &Scene) -> Settings {
                 let mut settings = Settings::of(scene);
                 $($(let set: fn(&PixelSpec, &mut Settings) = $set; set(self, &mut settings);)?)*
+                if self.is_occlusion() && self.ao_distance.is_none() {
+                    settings.integrator = Integrator::occlusion(scene);
+                }
                 settings
             }
 
@@ -109,11 +112,11 @@ macro_rules! pixel_options {
 }
 
 pixel_options! {
-    /// Samples per pixel [default: 1; 4 for bare meshes]
+    /// Samples per pixel [default: 4; .test, NFF: 1]
     ///
     /// Camera rays per pixel, 1 to 65536; the maximum with --aa adaptive, best a power of two. A
     /// single sample goes through the pixel's centre, several are spread over the filter. [default:
-    /// 1; 4 for a mesh without a camera in its file, and without lights; 256 with --aa adaptive]
+    /// 4; 1 for .test, NFF and standard scenes; 256 with --aa adaptive]
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SPP))))]
     spp: Option<u32>, 60, Words,
         |s| Some(s.sampling.spp),
@@ -145,7 +148,7 @@ pixel_options! {
     ///
     /// Weighting of a pixel's samples: box covers the pixel's square, tent reaches into its
     /// neighbours, and mitchell (Mitchell's cubic) is sharper.
-    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME", hide_possible_values = true, value_parser = names::<Filter>(Filter::ALL.map(|(name, _)| name))))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME", hide_short_help = true, hide_possible_values = true, value_parser = names::<Filter>(Filter::ALL.map(|(name, _)| name))))]
     filter: Option<AsText<Filter>>, 70, Words,
         |s| Some(AsText(s.sampling.filter)),
         sets |o, s| s.sampling.filter = o.filter.unwrap_or(AsText(Filter::Box)).0;
@@ -197,20 +200,20 @@ pixel_options! {
             Integrator::Occlusion { .. } => IntegratorName::Ao,
         }),
         sets |o, s| {
-            let distance = o.ao_distance.unwrap_or(f32::INFINITY);
+            let AsText(distance) = o.ao_distance.unwrap_or(AsText(f32::INFINITY));
             let occlusion = Integrator::Occlusion { distance };
             s.integrator = if o.is_occlusion() { occlusion } else { Integrator::Whitted };
         };
-    /// Maximum distance of occluders for --integrator ao
+    /// Reach of ao [default: a tenth of the scene]
     ///
-    /// In the scene's units. [default: unlimited]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "DISTANCE", hide_short_help = true, value_parser = parse_distance))]
-    ao_distance: Option<f32>, 130, Words,
+    /// Maximum distance of occluders, in the scene's units; inf for no limit, which leaves closed
+    /// rooms black. [default: a tenth of the diagonal of the scene's bounds, to two digits]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "DISTANCE", value_parser = AsText::<f32>::parse))]
+    ao_distance: Option<AsText<f32>>, 130, Words,
         |s| match s.integrator {
-            Integrator::Occlusion { distance } if distance.is_finite() => Some(distance),
-            _ => None,
-        },
-        limited to parse_distance;
+            Integrator::Occlusion { distance } => Some(AsText(distance)),
+            Integrator::Whitted => None,
+        };
     /// Picture size in pixels [default: the scene's]
     #[cfg_attr(feature = "clap", arg(long, value_name = "WxH", help_heading = headings::OUTPUT, value_parser = parse_size))]
     size: Option<(u32, u32)>, 10, List("x"),

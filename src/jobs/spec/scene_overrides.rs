@@ -7,7 +7,7 @@ use super::as_text::{AsText, OptionValue};
 #[cfg(feature = "clap")]
 use super::headings;
 use super::option_row::OptionForm::{Attached, Flag, Repeated, Words};
-use super::option_row::{OptionRow, unless_default};
+use super::option_row::{OptionRow, command_line, unless_default, words};
 use glam::{DVec3, Vec3};
 use phalanx_formats::{Origin, ReadOptions};
 use phalanx_io::EnvironmentSource;
@@ -33,6 +33,15 @@ pub struct SceneOverrides {
     /// 4,4,4 --light dir:-1,1,0,.2,.2,.3
     #[cfg_attr(feature = "clap", arg(long, value_name = "LIGHT", value_parser = AsText::<AddedLight>::parse, allow_hyphen_values = true))]
     pub light: Vec<AsText<AddedLight>>,
+    /// Lights at the camera, instead of the file's
+    ///
+    /// Replaces the file's lights with the key light and the fill light of files that have none.
+    /// They move with the camera, also in sequences.
+    #[cfg_attr(
+        feature = "clap",
+        arg(long, hide_short_help = true, conflicts_with = "light")
+    )]
+    pub headlight: bool,
     /// Background colour, linear
     ///
     /// Replaces the file's background with a linear colour R,G,B, or a single number for grey.
@@ -132,6 +141,7 @@ impl SceneOverrides {
             up: self.up.map(|up| up.0),
             ortho: self.ortho.map(|ortho| ortho.0),
             lights: self.light.iter().map(|light| light.0).collect(),
+            headlight: self.headlight,
             background: self.background.map(|color| color.0),
             environment_turn: self.environment_turn,
             two_sided: self.two_sided,
@@ -161,6 +171,7 @@ impl SceneOverrides {
             OptionRow::new("ortho", if fitting { Flag } else { Attached }, &self.ortho),
             OptionRow::new("up", Attached, &self.up),
             OptionRow::new("light", Repeated, &self.light),
+            OptionRow::new("headlight", Flag, &self.headlight),
             OptionRow::new("background", Words, &self.background),
             OptionRow::new("environment", Attached, &self.environment),
             OptionRow::new("environment_turn", Attached, &turn),
@@ -185,17 +196,30 @@ impl SceneOverrides {
 
     /// These overrides with this view written out as the camera of a scene.
     pub fn with_view(&self, scene: &Scene, view: &FileView) -> SceneOverrides {
-        let [eye, center] = [view.eye, view.center].map(|point| joined(point.to_array()));
-        let up = joined(view.up.to_array());
         SceneOverrides {
-            camera: Some(vec![eye, center, up, view.fovy.to_string()]),
             camera_name: None,
-            ortho: view.ortho.map(|height| AsText(OrthoHeight::Given(height))),
             // The environment has an axis, too.
             up: self.up.filter(|_| scene.environment.is_some()),
             ..self.clone()
         }
+        .seen_from(view)
     }
+
+    fn seen_from(self, view: &FileView) -> SceneOverrides {
+        let [eye, center] = [view.eye, view.center].map(|point| joined(point.to_array()));
+        let up = joined(view.up.to_array());
+        SceneOverrides {
+            camera: Some(vec![eye, center, up, view.fovy.to_string()]),
+            ortho: view.ortho.map(|height| AsText(OrthoHeight::Given(height))),
+            ..self
+        }
+    }
+}
+
+/// The options of a command that give this view.
+pub fn camera_options(view: &FileView) -> String {
+    let overrides = SceneOverrides::default().seen_from(view);
+    command_line(&words(&overrides.rows()))
 }
 
 fn view(parts: &[String]) -> Result<FileView, String> {

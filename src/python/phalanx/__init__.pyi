@@ -8,9 +8,11 @@ from numpy.typing import ArrayLike, NDArray
 __version__: str
 __all__ = ["AllHits", "Hits", "Scene", "isa"]
 
-# Two points, a vector, and the vertical field of view in degrees; or a matrix, and that angle.
+# Two points, a vector, and the vertical field of view in degrees; for parallel rays also a height. Or a matrix, and that angle.
 _Vector = Sequence[float] | NDArray[np.float32] | NDArray[np.float64]
-_Camera = tuple[_Vector, _Vector, _Vector, float] | tuple[ArrayLike, float]
+_LookAt = tuple[_Vector, _Vector, _Vector, float]
+_Parallel = tuple[_Vector, _Vector, _Vector, float, float]
+_Camera = _LookAt | _Parallel | tuple[ArrayLike, float]
 _Quality = Literal["fastest", "fast", "medium", "best"]
 _UpdateMode = Literal["auto", "refit", "rebuild"]
 
@@ -23,6 +25,7 @@ class Scene:
         path: str | PathLike[str],
         threads: int | None = None,
         camera: str | int | None = None,
+        headlight: bool = False,
     ) -> Scene: ...
     @staticmethod
     def open(path: str | PathLike[str]) -> Scene: ...
@@ -117,6 +120,7 @@ class Scene:
         aovs: list[str],
         threads: int | None = None,
     ) -> dict[str, NDArray[np.float32] | NDArray[np.int32]]: ...
+    def camera(self, size: tuple[int, int] | None = None) -> _LookAt | _Parallel: ...
     def depth(
         self,
         camera: _Camera | None = None,

@@ -34,6 +34,20 @@ pub enum Integrator {
     },
 }
 
+impl Integrator {
+    /// Ambient occlusion within a tenth of the diagonal of the scene's bounds, to two digits: far
+    /// enough for the folds of an object, and near enough for a closed room not to be black.
+    /// Unlimited for a scene without extent.
+    pub fn occlusion(scene: &Scene) -> Integrator {
+        let bounds = scene.bounds();
+        let diagonal = bounds.hi.as_dvec3().distance(bounds.lo.as_dvec3());
+        let share = diagonal / 10.0 / f64::from(scene.scale);
+        let distance = format!("{share:.1e}").parse().unwrap_or(f32::INFINITY);
+        let distance = if distance > 0.0 { distance } else { f32::INFINITY };
+        Integrator::Occlusion { distance }
+    }
+}
+
 /// Settings of a render; the [`Scene`] holds what is rendered.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
@@ -97,9 +111,9 @@ pub const FULL_DEPTH: u32 = 10;
 
 impl Settings {
     /// The scene's own size and depth, one ray through the centre of each pixel (four rays if the
-    /// scene is [bare](phalanx_scene::DefaultedParts::bare)), one thread, the packet engine. If
-    /// rays may pass partly transparent surfaces, the minimum weight of bounces is 2⁻¹² at any
-    /// depth.
+    /// scene's [format](phalanx_scene::DefaultedParts::samples) prescribes no number), one thread,
+    /// the packet engine. If rays may pass partly transparent surfaces, the minimum weight of
+    /// bounces is 2⁻¹² at any depth.
     pub fn of(scene: &Scene) -> Settings {
         Settings {
             width: scene.width,
@@ -108,7 +122,7 @@ impl Settings {
             max_depth: scene.max_depth,
             // Rays that pass surfaces are not limited by the depth.
             min_weight: scene.has_coverage().then_some(MIN_WEIGHT),
-            sampling: if scene.defaulted.bare { Sampling::FIRST_LOOK } else { Sampling::CENTER },
+            sampling: if scene.defaulted.samples { Sampling::SMOOTH } else { Sampling::CENTER },
             lens: None,
             integrator: Integrator::default(),
             threads: 1,

@@ -38,8 +38,8 @@ impl Sampling {
         adaptive: None,
     };
 
-    /// Samples of a first look at a scene: smooth edges.
-    pub const FIRST_LOOK: Sampling = Sampling {
+    /// Four rays per pixel: smooth edges.
+    pub const SMOOTH: Sampling = Sampling {
         spp: 4,
         ..Sampling::CENTER
     };

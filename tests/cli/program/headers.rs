@@ -19,14 +19,14 @@ fn texts(bytes: &[u8]) -> (Vec<(String, String)>, Option<u32>) {
     (latin.chain(utf8).collect(), gamma)
 }
 
-fn text(bytes: &[u8], keyword: &str) -> String {
+pub(super) fn text(bytes: &[u8], keyword: &str) -> String {
     let (texts, _) = texts(bytes);
     let entry = texts.into_iter().find(|(other, _)| other == keyword);
     entry.unwrap_or_else(|| panic!("no {keyword}")).1
 }
 
 /// Runs the command stored in a picture, as a shell would, with another output name.
-fn again(room: &TestFolder, command: &str, output: &str) {
+pub(super) fn again(room: &TestFolder, command: &str, output: &str) {
     let program = env!("CARGO_BIN_EXE_phalanx");
     let line = command.replacen("phalanx", program, 1);
     let mut shell = std::process::Command::new("sh");
@@ -88,12 +88,15 @@ fn the_command_in_a_picture_makes_it_again() {
     again(&room, &command, "two.exr");
     assert!(bytes("two.exr") == bytes("f2.exr"), "{command}");
     assert!(bytes("f1.exr") != bytes("f2.exr"));
-    // A bare mesh has four samples where nobody says otherwise.
+    // A mesh has four samples where nobody says otherwise.
     room.write("m.obj", "v 0 0 0\nv 1 0 0\nv 0 1 .2\nf 1 2 3\n");
     for (options, spp) in [
         ("--spp 1", "--spp 1"),
         ("", "--spp 4"),
-        ("--spp 1 --light 1,2,3", ""),
+        ("--spp 1 --light 1,2,3", "--spp 1"),
+        ("--integrator ao", "--integrator ao --ao-distance 0.14 "),
+        ("--integrator ao --ao-distance inf", "--ao-distance inf "),
+        ("--headlight", " --headlight "),
     ] {
         room.ok(&format!("render m.obj -o m.png --size 40x30 {options}"));
         let command = text(&bytes("m.png"), "Comment");

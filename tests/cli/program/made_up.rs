@@ -185,8 +185,10 @@ fn a_bare_mesh_is_smooth_and_its_dark_side_lit_however_it_is_rendered() {
         ("s.obj --spp 1", 1),
         ("s.obj --spp 7", 7),
         ("s.obj --aa adaptive --spp 9", 9),
-        ("s.obj --light 1,2,3", 1),
-        ("s.phx --light 1,2,3", 1),
+        ("s.obj --light 1,2,3", 4),
+        ("s.phx --light 1,2,3", 4),
+        ("a.test", 1),
+        ("standard:tetra:2", 1),
     ] {
         assert_eq!(spp(line), want, "{line}");
     }

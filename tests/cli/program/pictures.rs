@@ -155,7 +155,7 @@ fn verify_knows_every_option_and_command() {
     );
     assert_eq!(
         (&scene["spp"], &scene["ao_distance"]),
-        (&Value::from(1), &Value::Null)
+        (&Value::from(1), &Value::from(0.88))
     );
 }
 

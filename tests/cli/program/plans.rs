@@ -89,7 +89,7 @@ fn a_large_picture_that_is_claimed_takes_no_memory() {
         let tiles = room.path().join(format!("p.shard-{shard:03}.tiles"));
         let plan = fs::read(room.path().join("p.json")).unwrap();
         let plan: Value = serde_json::from_slice(&plan).unwrap();
-        let head = json!({"layout_version": 4, "picture": {"stamp": plan["stamp"], "pixels": plan["spec"]["pixels"]}});
+        let head = json!({"layout_version": 5, "picture": {"stamp": plan["stamp"], "pixels": plan["spec"]["pixels"]}});
         fs::write(tiles, tile_file(&head.to_string(), &[])).unwrap();
     }
     let ran = room.run_in_400_mb("merge p.json");
@@ -273,7 +273,7 @@ fn files_of_other_layouts_are_refused_by_version() {
     room.write("old.json", &old.to_string());
     let parts = [
         "old.json: made by another version of phalanx",
-        "version 1, this program reads version 4",
+        "version 1, this program reads version 5",
     ];
     room.refused("merge old.json", 1, &parts);
     let tiles = fs::read(room.path().join("p.shard-0.tiles")).unwrap();
@@ -282,13 +282,14 @@ fn files_of_other_layouts_are_refused_by_version() {
         ("1", old["picture"].to_string()),
         ("2", json!({"layout_version": 2, "picture": 7}).to_string()),
         ("3", json!({"layout_version": 3, "picture": 7}).to_string()),
-        ("5", json!({"layout_version": 5, "colours": 7}).to_string()),
+        ("4", json!({"layout_version": 4, "picture": 7}).to_string()),
+        ("6", json!({"layout_version": 6, "colours": 7}).to_string()),
     ] {
         let old = tile_file(&head, &tiles[records..]);
         for file in ["c.tiles", "p.shard-0.tiles"] {
             fs::write(room.path().join(file), &old).unwrap();
         }
-        let version = format!("version {name}, this program reads version 4");
+        let version = format!("version {name}, this program reads version 5");
         room.refused(
             "render a.test -o a.png --checkpoint c.tiles",
             2,

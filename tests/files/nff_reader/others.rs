@@ -3,7 +3,7 @@
 use crate::folders::shared_scenes;
 use phalanx::formats::{LoadError, Options, load};
 
-/// Spheres, cones, triangles, lights (a key light if the file has none) and warnings.
+/// Spheres, cones, triangles, lights (two of its own if the file has none) and warnings.
 const FILES: [(&str, [usize; 5]); 11] = [
     ("default/balls.nff", [7381, 0, 2, 3, 0]),
     ("default/gears.nff", [0, 0, 36_610, 5, 0]),
@@ -13,8 +13,8 @@ const FILES: [(&str, [usize; 5]); 11] = [
     ("default/tree.nff", [4095, 4095, 2, 7, 0]),
     ("large/balls_s5.nff", [66_430, 0, 2, 3, 0]),
     ("small/balls_s2.nff", [91, 0, 2, 3, 0]),
-    ("small/cone.nff", [2, 2, 0, 1, 4]),
-    ("small/cylinder.nff", [0, 1, 0, 1, 2]),
+    ("small/cone.nff", [2, 2, 0, 2, 4]),
+    ("small/cylinder.nff", [0, 1, 0, 2, 2]),
     ("small/jacks.nff", [6, 3, 0, 1, 0]),
 ];
 

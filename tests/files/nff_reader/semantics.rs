@@ -186,8 +186,8 @@ fn concave_polygons_keep_their_area() {
 fn a_file_without_view_and_lights_is_framed_and_lit() {
     let loaded = read("s 10 20 30 3\n");
     assert_eq!(loaded.notes.len(), 2, "{:?}", loaded.notes);
-    assert_eq!(loaded.scene.lights.len(), 1);
-    assert!(!loaded.scene.defaulted.bare, "NFF is more than a mesh");
+    assert_eq!(loaded.scene.lights.len(), 2, "a key light and a fill light");
+    assert!(!loaded.scene.defaulted.samples, "NFF has one sample");
     assert_eq!(
         loaded.scene.background,
         Vec3::ZERO,

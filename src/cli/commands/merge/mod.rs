@@ -11,10 +11,11 @@ pub use shard_files::ranges;
 use super::plan;
 use crate::cli::output::{
     self, CliError, EvenColor, Output, OutputFile, ProgressOptions, format_of, interrupt, lines,
-    progress,
+    progress, video_rows,
 };
 use missing::{MissingShares, missing_frames, missing_tiles, shares, tile_files};
 use phalanx::files::shown_path;
+use phalanx::image::ImageFormat;
 use phalanx::jobs::{PlannedFrames, RenderPlan, ShardBy, TileFile, merge_bands};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -36,6 +37,9 @@ struct MergeDocument<'a> {
     /// The file of the last frame.
     #[serde(skip_serializing_if = "Option::is_none")]
     last_path: Option<PathBuf>,
+    /// How frames become a video.
+    #[serde(skip)]
+    video: Vec<(&'static str, String)>,
 }
 
 /// Merges the shards of a plan; exit code 6 if any are missing.
@@ -51,6 +55,12 @@ pub fn run(args: &MergeArgs) -> Result<(), CliError> {
     }
     let (window, sequence) = (plan.window(), frames.sequence);
     let ends = sequence.map(|sequence| sequence.frames);
+    let is_linear = args
+        .format
+        .or(ImageFormat::of(&output))
+        .is_some_and(ImageFormat::is_linear);
+    let video =
+        ends.map(|ends| video_rows(&output, ends, (window.width, window.height), is_linear));
     let document = MergeDocument {
         plan: &args.plan,
         shards: plan.shards,
@@ -60,6 +70,7 @@ pub fn run(args: &MergeArgs) -> Result<(), CliError> {
         height: window.height,
         path: frames.name(&output, ends.map_or(0, |[first, _]| first)),
         last_path: ends.map(|[_, last]| frames.name(&output, last)),
+        video: video.unwrap_or_default(),
     };
     output::print_output(&document, args.json)
 }
@@ -161,6 +172,8 @@ impl Output for MergeDocument<'_> {
             _ => "checked",
         };
         let frames = format!("{first} to {last}, {size}, {done}");
-        lines(&[("frames", frames), ("written", path)])
+        let mut rows = vec![("frames", frames), ("written", path)];
+        rows.extend(self.video.clone());
+        lines(&rows)
     }
 }

@@ -9,6 +9,7 @@ use phalanx::jobs::{EncodingSpec, PixelSpec};
 use std::path::PathBuf;
 
 #[derive(Debug, Args)]
+#[command(mut_arg("headlight", |arg| arg.hide_short_help(false)))]
 pub struct RenderArgs {
     #[arg(
         required_unless_present = "plan",
@@ -90,7 +91,7 @@ pub struct CheckpointArgs {
 #[command(next_help_heading = LONG_RENDERS)]
 pub struct PreviewArgs {
     /// Show the unfinished picture in the terminal
-    #[arg(long)]
+    #[arg(long, hide_short_help = true)]
     pub preview: bool,
     /// Write the unfinished picture to this file at intervals
     ///

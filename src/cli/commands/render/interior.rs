@@ -1,10 +1,12 @@
 //! A hint for rooms: the default camera, which frames the whole model, shows only outer walls.
+//!
+//! A closed object on a large plane is not a room: what encloses it is far from the sides of the
+//! scene's box.
 
-use crate::cli::output::to_file_coordinates;
 use glam::Vec3;
 use phalanx::camera::Camera;
 use phalanx::scene::{Scene, View};
-use phalanx::{Bvh, HitBuffer, Ray, RayBuffer};
+use phalanx::{Bvh, Hit, HitBuffer, Ray, RayBuffer};
 use std::collections::HashSet;
 
 /// Side of the small test picture, in pixels.
@@ -13,6 +15,10 @@ const SIDE: u32 = 32;
 const MIN_PRIMS: usize = 1000;
 /// Hits per visible primitive above which a few large faces are taken to hide the rest.
 const HITS_PER_PRIM: usize = 16;
+
+/// Share of the way to the sides of the scene's box that is free in most level directions in a
+/// room.
+const FREE_WAY: f32 = 0.25;
 
 /// Vertical field of view of the suggested camera, in degrees.
 const FOVY: f32 = 60.0;
@@ -29,10 +35,19 @@ pub fn hint(scene: &Scene, bvh: &Bvh) -> Option<String> {
     }
     let bounds = scene.bounds();
     let eye = (bounds.lo + bounds.hi) / 2.0;
-    if prims_hit(bvh, directions().map(|way| (eye, way))).len() * 20 < directions().count() * 19 {
+    let up = scene.view.up;
+    let half = (bounds.hi - bounds.lo) / 2.0;
+    let hits = hits_of(bvh, directions().map(|way| (eye, way)));
+    let free = |way: Vec3| FREE_WAY * (half / way.abs()).min_element();
+    let level = directions()
+        .zip(&hits)
+        .filter(|(way, _)| way.dot(up) == 0.0);
+    let is_wide = level.map(|(way, hit)| hit.is_none_or(|hit| hit.t >= free(way)));
+    let is_wide = Vec::from_iter(is_wide);
+    let wide = is_wide.iter().filter(|wide| **wide).count();
+    if hits.iter().flatten().count() * 20 < hits.len() * 19 || wide * 2 < is_wide.len() {
         return None;
     }
-    let up = scene.view.up;
     let size = (bounds.hi - bounds.lo).max_element();
     let view = |direction: Vec3| View {
         eye,
@@ -44,10 +59,8 @@ pub fn hint(scene: &Scene, bvh: &Bvh) -> Option<String> {
     let level = directions().filter(|direction| direction.dot(up) == 0.0);
     let richest = level.map(view).max_by_key(|view| seen(bvh, view).1)?;
     let [eye, center] = [eye, richest.center].map(|point| words(scene, point, size / scene.scale));
-    // The default light is outside, too.
-    let light = if scene.defaulted.light { format!(" --light {eye}") } else { String::new() };
     Some(format!(
-        "a few large faces hide the rest; if this is a room, try a camera inside it: --camera {eye} {center} {},{},{} {FOVY}{light}",
+        "a few large faces hide the rest; if this is a room, try a camera inside it: --camera {eye} {center} {},{},{} {FOVY}",
         up.x, up.y, up.z
     ))
 }
@@ -58,20 +71,20 @@ fn seen(bvh: &Bvh, view: &View) -> (usize, usize) {
         return (0, 0);
     };
     let ray = |k: u32| camera.ray((k / SIDE) as f32 + 0.5, (k % SIDE) as f32 + 0.5);
-    let hits = prims_hit(bvh, (0..SIDE * SIDE).map(ray));
-    let prims: HashSet<_> = hits.iter().collect();
-    (hits.len(), prims.len())
+    let hits = hits_of(bvh, (0..SIDE * SIDE).map(ray));
+    let prims: HashSet<_> = hits.iter().flatten().map(|hit| hit.prim_id).collect();
+    (hits.iter().flatten().count(), prims.len())
 }
 
-/// The primitives that rays hit, given by origin and direction. They are a batch of more than a few
+/// The hits of rays, given by origin and direction. They are a batch of more than a few
 /// hundred, because smaller ones build the wide tree, which a frame of few pixels does not need.
 /// Those of a hint that is given may build it after all: they are many.
-fn prims_hit(bvh: &Bvh, rays: impl Iterator<Item = (Vec3, Vec3)>) -> Vec<u32> {
+fn hits_of(bvh: &Bvh, rays: impl Iterator<Item = (Vec3, Vec3)>) -> Vec<Option<Hit>> {
     let rays: RayBuffer = rays.map(|(origin, way)| Ray::new(origin, way)).collect();
     let mut hits = HitBuffer::new(rays.len());
     bvh.intersect_batch(&rays.columns(), &mut hits.columns(), 1)
         .expect("columns of one length");
-    hits.iter().flatten().map(|hit| hit.prim_id).collect()
+    hits.iter().collect()
 }
 
 /// Unit vectors in all directions: from the centre of a cube to a grid on its faces.
@@ -90,7 +103,7 @@ fn directions() -> impl Iterator<Item = Vec3> {
 /// A position as `--camera` takes it, to a hundredth or a thousandth of the model's size.
 fn words(scene: &Scene, position: Vec3, size: f32) -> String {
     let digits = (2.0 - size.log10()).ceil().clamp(0.0, 9.0) as usize;
-    let [x, y, z] = to_file_coordinates(scene, position);
+    let [x, y, z] = scene.short_position(position).to_array();
     format!("{x:.digits$},{y:.digits$},{z:.digits$}")
 }
 
@@ -126,6 +139,10 @@ mod tests {
         for &(lo, size, cells) in boxes {
             add_box(&mut scene, lo, size, cells);
         }
+        hint_in(scene)
+    }
+
+    fn hint_in(mut scene: Scene) -> Option<String> {
         scene.view.eye = Vec3::new(20.0, 14.0, 40.0);
         scene.view.center = Vec3::splat(2.0);
         scene.view.up = Vec3::Y;
@@ -142,7 +159,7 @@ mod tests {
     fn a_furnished_room_is_looked_into_and_a_solid_is_not() {
         let (room, table) = ((Vec3::ZERO, 10.0, 1), (Vec3::splat(1.0), 2.0, 14));
         let hint = hint_of(&[room, table]).unwrap();
-        let options = "--camera 5.0,5.0,5.0 1.1,5.0,1.9 0,1,0 60 --light 5.0,5.0,5.0";
+        let options = "--camera 5.0,5.0,5.0 1.1,5.0,1.9 0,1,0 60";
         assert!(hint.ends_with(options), "{hint}");
         assert_eq!(
             hint_of(&[(Vec3::ZERO, 10.0, 14)]),
@@ -152,5 +169,17 @@ mod tests {
         assert_eq!(hint_of(&[room]), None, "a plain box");
         let far = (Vec3::new(30.0, 0.0, 0.0), 10.0, 1);
         assert_eq!(hint_of(&[room, table, far]), None, "the middle is outside");
+    }
+
+    #[test]
+    fn a_closed_object_on_a_ground_is_no_room() {
+        let mut scene = Scene::default();
+        add_box(&mut scene, Vec3::new(-1.0, 0.0, -1.0), 2.0, 14);
+        let corner = |x: f32, z: f32| Vec3::new(x * 60.0, 0.0, z * 60.0);
+        for k in [-1.0, 1.0] {
+            let corners = [corner(-1.0, -1.0), corner(1.0, 1.0), corner(k, -k)];
+            scene.add_triangle(corners, None, 0);
+        }
+        assert_eq!(hint_in(scene), None);
     }
 }

@@ -8,6 +8,7 @@ use crate::cli::output::{
     self, CliError, EvenColor, LivePreview, OutputFile, ProgressOptions, mrays_per_s, progress,
 };
 use phalanx::files::shown_path;
+use phalanx::formats::DefaultLights;
 use phalanx::frame::{Accel, Settings};
 use phalanx::jobs::{
     BandStats, PictureSpec, RenderKey, TileFile, TileOutputs, bands, open_bands, render_bands,
@@ -67,9 +68,10 @@ impl Job<'_> {
         output: &OutputFile,
     ) -> Result<RenderTotals, CliError> {
         let start = scene.view;
+        let lights = DefaultLights::of(scene, self.settings.threads);
         let mut all = RenderTotals::default();
         for frame in sequence.frames.clone() {
-            scene.view = sequence.view(frame, &start)?;
+            lights.move_camera(scene, sequence.view(frame, &start)?);
             let path = sequence.name(&output.path, frame);
             let output = output.with_path(path);
             let checkpoint = self.args.kept.checkpoint.as_deref();

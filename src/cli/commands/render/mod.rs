@@ -13,7 +13,7 @@ pub use args::RenderArgs;
 pub use interior::hint as interior_hint;
 
 use crate::cli::options::{SceneInput, Sequence, film_bytes, picture_file, stem};
-use crate::cli::output::{self, CliError, MemoryStats, format_of, interrupt};
+use crate::cli::output::{self, CameraReport, CliError, MemoryStats, format_of, interrupt};
 use job::{Job, films_in_memory};
 use phalanx::files::{shown_path, shown_text};
 use phalanx::formats::is_bare_name;
@@ -79,6 +79,9 @@ fn picture(args: &RenderArgs, name: &Path) -> Result<(), CliError> {
     if let AccelRef::Packets(bvh) = prepared.accel() {
         interior_hint(&scene_input.scene, bvh).inspect(|hint| output::note(hint));
     }
+    let with_keys = args.frames.keyframes.is_some();
+    let size = (settings.width, settings.height);
+    let camera = (!with_keys).then(|| CameraReport::of(&scene_input.scene, size));
     let job = Job {
         args,
         prepared: &prepared,
@@ -109,6 +112,7 @@ fn picture(args: &RenderArgs, name: &Path) -> Result<(), CliError> {
     let sizes = (tree, memory);
     let stats = &work.stats;
     let mut report = RenderDocument::new(name, scene, &settings, image, sizes, stats, seconds);
+    report.camera = camera;
     let checkpoint = args.kept.checkpoint.as_deref();
     report.checkpoint = checkpoint.map(|path| KeptTiles {
         path: path.to_string_lossy().into_owned(),

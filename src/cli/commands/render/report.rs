@@ -2,9 +2,9 @@
 
 use crate::cli::options::Sequence;
 use crate::cli::output::{
-    self, MemoryStats, Output, OutputFile, PictureWindow, PrimitiveCounts, RenderSummary,
-    TreeFigures, grouped, lines, mrays_per_s, origin_row, rays_by_kind, serialize_rates,
-    serialize_rays,
+    self, CameraReport, MemoryStats, Output, OutputFile, PictureWindow, PrimitiveCounts,
+    RenderSummary, TreeFigures, grouped, lines, mrays_per_s, origin_row, rays_by_kind,
+    serialize_rates, serialize_rays, video_rows,
 };
 use phalanx::frame::{Engine, Settings, TreeStats};
 use phalanx::isa;
@@ -25,6 +25,8 @@ pub struct RenderDocument {
     threads: usize,
     image: RenderImage,
     max_depth: u32,
+    /// The camera, which a turntable starts with; `None` with key frames.
+    pub camera: Option<CameraReport>,
     #[serde(flatten)]
     summary: RenderSummary,
     primitives: PrimitiveCounts,
@@ -75,6 +77,9 @@ pub struct RenderImage {
     /// The file of the last frame of several.
     #[serde(skip)]
     last: Option<PathBuf>,
+    /// How several frames become a video.
+    #[serde(skip)]
+    video: Vec<(&'static str, String)>,
     /// True if a format for screens holds linear samples, which most programs show too dark.
     #[serde(skip)]
     linear: bool,
@@ -91,12 +96,17 @@ impl RenderImage {
         let frames = sequence.map(|s| [*s.frames.start(), *s.frames.end()]);
         let name = |end: usize| Some(sequence?.name(path, frames?[end]));
         let first = name(0).unwrap_or_else(|| path.to_path_buf());
+        let window = settings.window();
+        let size = (window.width, window.height);
+        let is_linear = file.format.is_linear();
+        let video = frames.map(|frames| video_rows(path, frames, size, is_linear));
         RenderImage {
             window: PictureWindow::of(settings),
             frames,
+            video: video.unwrap_or_default(),
             last: name(1).filter(|last| *last != first),
             path: first.to_string_lossy().into_owned(),
-            linear: !file.format.is_linear() && file.exposure.encoding.transfer == Transfer::None,
+            linear: !is_linear && file.exposure.encoding.transfer == Transfer::None,
         }
     }
 
@@ -146,6 +156,7 @@ impl RenderDocument {
             threads: settings.threads,
             image,
             max_depth: settings.max_depth,
+            camera: None,
             summary: RenderSummary::of(settings),
             primitives: PrimitiveCounts::of(scene),
             origin: scene.origin,
@@ -165,6 +176,12 @@ impl RenderDocument {
         let backs = grouped(self.unseen_backs);
         let words = format!("{backs} hidden, of single-sided materials (see --two-sided)");
         (self.unseen_backs > 0).then_some(("backs", words))
+    }
+
+    /// The rows that follow that of the files.
+    fn last_rows(&self) -> impl Iterator<Item = (&'static str, String)> {
+        let checkpoint = self.checkpoint.as_ref().map(KeptTiles::row);
+        checkpoint.into_iter().chain(self.image.video.clone())
     }
 
     fn ray_table(&self) -> String {
@@ -194,8 +211,10 @@ impl Output for RenderDocument {
         );
         let written = format!("{written}: {width}x{height}{region}, {samples}{linear}");
         let mut rows = vec![("scene", scene), ("speed", speed), ("written", written)];
+        let made_up = self.camera.as_ref().filter(|camera| camera.is_made_up);
+        rows.extend(made_up.map(CameraReport::row));
         rows.extend(self.backs_row());
-        rows.extend(self.checkpoint.as_ref().map(KeptTiles::row));
+        rows.extend(self.last_rows());
         lines(&rows)
     }
 
@@ -214,6 +233,7 @@ impl Output for RenderDocument {
         let scene = format!("{}, {width}x{height}{region}, {settings}", self.scene);
         let seconds =
             format!("load {load:.3}, build {build:.3}, render {render:.3}, write {write:.3}");
+        let camera = self.camera.as_ref().map(CameraReport::row);
         let mut rows = vec![
             ("scene", scene),
             ("engine", format!("{engine}{kernel} on {isa}, {threads}")),
@@ -221,15 +241,14 @@ impl Output for RenderDocument {
             ("tree", self.bvh.words()),
             ("seconds", seconds),
         ];
-        if let Some(row) = origin_row(self.origin) {
-            rows.insert(1, row);
-        }
+        let places = origin_row(self.origin).into_iter().chain(camera);
+        rows.splice(1..1, places);
         let share = |share: f64| format!("{:.1} % of packet lanes", 100.0 * share);
         let occupancy = self.occupancy.map(|lanes| ("occupancy", share(lanes)));
         let mut after: Vec<_> = occupancy.into_iter().chain(self.backs_row()).collect();
         after.extend(self.memory.rows());
         after.push(("written", self.image.written()));
-        after.extend(self.checkpoint.as_ref().map(KeptTiles::row));
+        after.extend(self.last_rows());
         format!("{}\n{}\n{}", lines(&rows), self.ray_table(), lines(&after))
     }
 }

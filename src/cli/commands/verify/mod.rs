@@ -15,6 +15,7 @@ use crate::cli::output::{
 };
 use clap::Args;
 use phalanx::files::shown_path;
+use phalanx::formats::DefaultLights;
 use phalanx::frame::{Accel, Aov, Engine, Frame, Settings};
 use phalanx::isa;
 use phalanx::jobs::{PixelSpec, ToneSpec};
@@ -138,11 +139,13 @@ pub fn run(args: &VerifyArgs) -> Result<(), CliError> {
     for path in &args.scenes {
         let mut scene_input = SceneInput::load(path, &args.scene_args, picture, 0)?;
         let start = scene_input.scene.view;
+        let lights = DefaultLights::of(&scene_input.scene, 0);
         let sequence = args.frames.sequence(&scene_input.scene)?;
         let frames = sequence.as_ref().map(|sequence| sequence.frames.clone());
         for frame in frames.unwrap_or(0..=0) {
             if let Some(sequence) = &sequence {
-                scene_input.scene.view = sequence.view(frame, &start)?;
+                let view = sequence.view(frame, &start)?;
+                lights.move_camera(&mut scene_input.scene, view);
             }
             let (outcome, reference) = verify(args, path, &mut scene_input, record.as_ref())?;
             scenes.push(outcome);

@@ -1,6 +1,5 @@
 //! The first difference between two films, and the values of both engines at that pixel.
 
-use crate::cli::output::to_file_coordinates;
 use phalanx::files::quoted_text;
 use phalanx::frame::Settings;
 use phalanx::image::{HitBits, PixelBits, differing_pixels};
@@ -70,7 +69,7 @@ pub fn first_difference(
 /// The first camera ray of a pixel of the whole picture, in the file's coordinates.
 fn camera_ray(scene: &Scene, settings: &Settings, x: u32, y: u32) -> Option<CameraRay> {
     let [org, dir] = settings.first_ray(scene, x, y).ok()?;
-    let org = to_file_coordinates(scene, org.into());
+    let org = scene.short_position(org.into()).to_array();
     Some(CameraRay { org, dir })
 }
 

@@ -1,22 +1,53 @@
-//! Positions in the file's coordinates, for display.
+//! Reports of the file's coordinates: the origin of the scene's, and the camera in them.
 
-use glam::Vec3;
-use phalanx::scene::Scene;
+use phalanx::jobs::spec::camera_options;
+use phalanx::scene::{FileView, Scene};
+use serde::Serialize;
 
-/// A scene position in the file's coordinates, with the digits that single precision has near the
-/// scene's origin: a coordinate of 500000.31 in the file is displayed as such.
-pub fn to_file_coordinates(scene: &Scene, position: Vec3) -> [f64; 3] {
-    let local = (position / scene.scale).to_array();
-    let coordinate = |axis: usize| match (scene.origin[axis], shortest(local[axis])) {
-        (0.0, c) => c,
-        (origin, c) => origin + c,
-    };
-    [0, 1, 2].map(coordinate)
+/// The camera of a picture, in the coordinates of the scene's file.
+#[derive(Debug, Serialize)]
+pub struct CameraReport {
+    from: [f64; 3],
+    at: [f64; 3],
+    up: [f32; 3],
+    /// Vertical field of view in degrees.
+    fov: f32,
+    /// Visible height of parallel rays; `None` for a perspective.
+    ortho: Option<f64>,
+    /// Options that give this camera and the picture's size.
+    pub options: String,
+    /// True if the file has none, and no option gives one.
+    #[serde(skip)]
+    pub is_made_up: bool,
 }
 
-/// The shortest decimal that rounds to a number.
-fn shortest(c: f32) -> f64 {
-    c.to_string().parse().unwrap_or(f64::from(c))
+impl CameraReport {
+    /// The camera of a picture of this size.
+    pub fn of(scene: &Scene, (width, height): (u32, u32)) -> CameraReport {
+        let view = scene.shortest_view(&scene.view);
+        let options = format!("{} --size {width}x{height}", camera_options(&view));
+        let FileView {
+            eye,
+            center,
+            up,
+            fovy,
+            ortho,
+        } = view;
+        CameraReport {
+            from: eye.to_array(),
+            at: center.to_array(),
+            up: up.to_array(),
+            fov: fovy,
+            ortho,
+            options,
+            is_made_up: scene.defaulted.view,
+        }
+    }
+
+    /// The row of a table.
+    pub fn row(&self) -> (&'static str, String) {
+        ("camera", self.options.clone())
+    }
 }
 
 /// The table row for a scene's origin; `None` for a scene that was not moved.
@@ -29,22 +60,6 @@ pub fn origin_row(origin: [f64; 3]) -> Option<(&'static str, String)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn places_are_told_as_files_have_them() {
-        let mut scene = Scene {
-            scale: 0.25,
-            ..Scene::default()
-        };
-        assert_eq!(
-            to_file_coordinates(&scene, Vec3::new(0.025, -0.0, 1e9)),
-            [0.1, 0.0, 4e9]
-        );
-        scene.origin = [500_000.0, 0.0, -4_012_352.0];
-        scene.scale = 1.0;
-        let position = to_file_coordinates(&scene, Vec3::new(0.31, 0.1, 7.25));
-        assert_eq!(position, [500_000.31, 0.1, -4_012_344.75]);
-    }
 
     #[test]
     fn only_a_scene_that_moved_has_a_row() {

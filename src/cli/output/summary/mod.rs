@@ -5,7 +5,8 @@
 //! | `stats` | counts of primitives, nodes and rays |
 //! | `render_summary` | a picture's settings |
 //! | `empty_picture` | the likely reason why nothing can be seen |
-//! | `file_coordinates` | positions in the file's coordinates |
+//! | `file_coordinates` | origin and camera in the file's coordinates |
+//! | `video` | the command that makes a video of frames |
 //! | `memory_stats`, `process_status` | memory by part, and that of the process |
 //! | `table` | labelled rows, and the numbers in them |
 
@@ -16,9 +17,10 @@ mod process_status;
 mod render_summary;
 mod stats;
 mod table;
+mod video;
 
 pub use empty_picture::{EMPTY, EvenColor};
-pub use file_coordinates::{origin_row, to_file_coordinates};
+pub use file_coordinates::{CameraReport, origin_row};
 pub use memory_stats::MemoryStats;
 #[cfg(unix)]
 pub use process_status::process_status;
@@ -27,3 +29,4 @@ pub use stats::{
     PrimitiveCounts, TreeFigures, mrays_per_s, rays_by_kind, serialize_rates, serialize_rays,
 };
 pub use table::{aligned, bytes, grouped, lines};
+pub use video::video_rows;

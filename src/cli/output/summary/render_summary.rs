@@ -68,6 +68,7 @@ impl RenderSummary {
         // A lens of diameter 0 is a pinhole.
         let lens = settings.lens.filter(|lens| lens.aperture > 0.0);
         let options = PixelSpec::of(settings);
+        let reach = options.ao_distance.map(|reach| reach.0);
         RenderSummary {
             min_weight: settings.min_path_weight(),
             spp: settings.sampling.spp,
@@ -76,7 +77,7 @@ impl RenderSummary {
             aperture: lens.map_or(0.0, |lens| lens.aperture),
             focus: lens.map(|lens| lens.focus),
             integrator: options.integrator.unwrap_or_default(),
-            ao_distance: options.ao_distance,
+            ao_distance: reach.filter(|reach| reach.is_finite()),
         }
     }
 
