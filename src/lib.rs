@@ -295,7 +295,7 @@ pub mod scene {
         MetallicRoughness, NO_GEOM, NO_INDEX, NO_NAME, NO_PRIM, NO_TEXTURE, NameTable, OrthoHeight,
         OutputEncoding, Prim, PrimKind, Quantize, ResolvedPrim, SHADOWLESS, Scene, SceneCamera,
         SceneError, Sky, Spheres, Texture, TextureMap, TextureMaps, Transfer, Triangles, UpAxis,
-        Vec2s, Vec3s, View, ViewError, Wrap, check_image_size, material_names, matte_id,
+        Vec2s, Vec3s, View, ViewError, Wrap, check_image_size, lighting, material_names, matte_id,
         object_names,
     };
 }

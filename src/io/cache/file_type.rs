@@ -7,4 +7,4 @@ pub const ENDING: &str = "phx";
 pub(super) const MAGIC: [u8; 8] = *b"\x93PHX\r\n\x1a\n";
 /// Version of the format. It is incremented whenever a section changes its meaning; a change of
 /// names or sizes already changes the layout.
-pub(super) const VERSION: u32 = 9;
+pub(super) const VERSION: u32 = 10;

@@ -48,6 +48,8 @@ pub(super) fn read(bytes: &[u8]) -> Option<(Scene, Extra)> {
     let lit = |sky: Sky| sky.up.is_finite() && sky.nadir.is_finite() && sky.zenith.is_finite();
     let finite = scene.background.is_finite()
         && scene.sky.is_none_or(lit)
+        && scene.light_scale.is_normal()
+        && scene.light_scale > 0.0
         && scene.origin.iter().all(|axis| axis.is_finite());
     let is_complete = matches!(input, SettingsPass::Read([]));
     (is_complete && finite && power && scene.textures.iter().all(fits)).then_some((scene, extra))
@@ -72,6 +74,8 @@ fn pass(bytes: &mut SettingsPass, from: &Scene, extra: &Extra) -> Option<(Scene,
             .option(sky, |bytes, sky| bytes.each(sky, SettingsPass::vec3))?
             .map(|[up, nadir, zenith]| Sky { up, nadir, zenith }),
         smooth_shadows: bytes.flag(from.smooth_shadows)?,
+        light_scale: bytes.float(from.light_scale)?,
+        emission_lights: bytes.flag(from.emission_lights)?,
         scale: bytes.float(from.scale)?,
         origin: bytes.each(from.origin, SettingsPass::double)?,
         encoding: OutputEncoding {
