@@ -216,6 +216,8 @@ fn apply_overrides(scene: &mut Scene, overrides: &Overrides) {
     scene.defaulted.ortho = overrides.ortho.or(scene.defaulted.ortho);
     if !overrides.lights.is_empty() {
         scene.lights = Default::default();
+        // The user's lamps have no units.
+        scene.set_light_scale(1.0);
         scene.defaulted.light = false;
         scene.defaulted.bare = false;
         for light in &overrides.lights {
