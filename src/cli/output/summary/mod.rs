@@ -6,11 +6,13 @@
 //! | `render_summary` | a picture's settings |
 //! | `empty_picture` | the likely reason why nothing can be seen |
 //! | `file_coordinates` | positions in the file's coordinates |
+//! | `light_rows` | lights by power |
 //! | `memory_stats`, `process_status` | memory by part, and that of the process |
 //! | `table` | labelled rows, and the numbers in them |
 
 mod empty_picture;
 mod file_coordinates;
+mod light_rows;
 mod memory_stats;
 mod process_status;
 mod render_summary;
@@ -19,6 +21,7 @@ mod table;
 
 pub use empty_picture::{EMPTY, EvenColor};
 pub use file_coordinates::{origin_row, to_file_coordinates};
+pub use light_rows::LightRow;
 pub use memory_stats::MemoryStats;
 #[cfg(unix)]
 pub use process_status::process_status;
