@@ -296,7 +296,8 @@ pub mod scene {
         MetallicRoughness, NO_GEOM, NO_INDEX, NO_NAME, NO_PRIM, NO_TEXTURE, NameTable, OrthoHeight,
         OutputEncoding, Prim, PrimKind, Quantize, ResolvedPrim, SHADOWLESS, Scene, SceneCamera,
         SceneError, Spheres, Texture, TextureMap, TextureMaps, Transfer, Triangles, UpAxis, Vec2s,
-        Vec3s, View, ViewError, Wrap, check_image_size, material_names, matte_id, object_names,
+        Vec3s, View, ViewError, Wrap, check_image_size, lighting, material_names, matte_id,
+        object_names,
     };
 }
 #[doc(inline)]
@@ -323,7 +324,7 @@ pub mod formats {
     #[doc(inline)]
     pub use phalanx_io::open::{Opened as Loaded, Options, load, read_bytes, read_nff, read_test};
     #[doc(inline)]
-    pub use phalanx_look::{AddedLight, DefaultLights, Overrides, override_scene};
+    pub use phalanx_look::{AddedLight, DefaultLights, Overrides, SKY, override_scene};
     #[doc(no_inline)]
     pub use phalanx_scene::{OrthoHeight, UpAxis};
 }

@@ -227,6 +227,10 @@ fn apply_overrides(scene: &mut Scene, overrides: &Overrides) {
     scene.defaulted.up = overrides.up.unwrap_or(scene.defaulted.up);
     scene.defaulted.ortho = overrides.ortho.or(scene.defaulted.ortho);
     scene.defaulted.light |= overrides.headlight;
+    if overrides.headlight || !overrides.lights.is_empty() {
+        // Lamps that are not the file's have no units.
+        scene.set_light_scale(1.0);
+    }
     if !overrides.lights.is_empty() {
         scene.lights = Default::default();
         scene.defaulted.light = false;
@@ -245,7 +249,7 @@ fn apply_overrides(scene: &mut Scene, overrides: &Overrides) {
         environment.is_background = overrides.background.is_none();
         scene.environment = Some(environment);
     }
-    turn_environment(scene, overrides);
+    place_environment(scene, overrides);
     scene.smooth_shadows = overrides.smooth_shadows.unwrap_or(scene.smooth_shadows);
     if overrides.two_sided && scene.has_unseen_backs() {
         let flags = scene.materials.flags.make_mut();
@@ -253,14 +257,18 @@ fn apply_overrides(scene: &mut Scene, overrides: &Overrides) {
     }
 }
 
-/// Places an environment that is not made up by the up axis and the turn that are given.
-fn turn_environment(scene: &mut Scene, overrides: &Overrides) {
-    let is_moved = overrides.environment_turn.is_some() || overrides.up.is_some();
-    if let (Some(environment), true) = (&mut scene.environment, is_moved) {
-        let (up, turn) = environment.placement();
-        let up = overrides.up.unwrap_or(up);
-        environment.place(up, overrides.environment_turn.unwrap_or(turn));
-    }
+/// Places an environment by the up axis and the turn that are given, and scales it with the other
+/// lights.
+fn place_environment(scene: &mut Scene, overrides: &Overrides) {
+    let Some(environment) = &mut scene.environment else {
+        return;
+    };
+    let (up, turn) = environment.placement();
+    let turn = overrides.environment_turn.unwrap_or(turn);
+    environment.place(overrides.up.unwrap_or(up), turn);
+    // A sky that was made up has no units.
+    let is_sky = environment.light == lights::SKY;
+    environment.scale = if is_sky { 1.0 } else { scene.light_scale };
 }
 
 fn add_light(scene: &mut Scene, light: &AddedLight) {

@@ -3,7 +3,7 @@
 use crate::arrays::{Floats, shaped, wrong_shape};
 use crate::errors::{open_error, value_error};
 use crate::scene::PyScene;
-use phalanx::formats::EnvironmentSource;
+use phalanx::formats::{EnvironmentSource, SKY};
 use phalanx::scene::{Environment, EnvironmentLight, EnvironmentMap, EnvironmentTexels};
 use pyo3::prelude::*;
 use std::path::PathBuf;
@@ -104,7 +104,15 @@ impl PyScene {
             .as_ref()
             .map_or(0.0, |seen| seen.placement().1);
         let up = scene.defaulted.up;
-        self.surround(py, light.map(|light| Environment::new(light, up, turn)))
+        self.surround(
+            py,
+            light.map(|light| {
+                let is_sky = light == SKY;
+                let mut environment = Environment::new(light, up, turn);
+                environment.scale = if is_sky { 1.0 } else { scene.light_scale };
+                environment
+            }),
+        )
     }
 
     /// Turn of the environment about the up axis, in degrees, counter-clockwise

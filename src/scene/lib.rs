@@ -31,6 +31,7 @@ mod geometry;
 pub mod huge_pages;
 mod instances;
 mod integrator_settings;
+pub mod lighting;
 mod lights;
 mod materials;
 mod mattes;

@@ -91,6 +91,13 @@ pub struct Scene {
     pub textures: Vec<Texture>,
     /// Lights in file order; their sum follows that order.
     pub lights: Lights,
+    /// Factor from a file's lux, candela and nits to the light of the scene; positive, and 1 where
+    /// nothing was scaled. Emission is multiplied by it (see [`Scene::set_light_scale`]), and so is
+    /// everything that is given in such units: see [`lighting`](crate::lighting).
+    pub light_scale: f32,
+    /// True if surfaces that emit light (Ke) are lights, as in formats where Ke is a radiance.
+    /// Otherwise Ke is only seen: `.test` and standard scenes have point lights inside their lamps.
+    pub emission_lights: bool,
     /// Scene units per file unit: a power of two, 1 unless the file's extent left the safe range of
     /// f32.
     pub scale: f32,
@@ -135,6 +142,8 @@ impl Default for Scene {
             maps: TextureMaps::default(),
             textures: Vec::new(),
             lights: Lights::default(),
+            light_scale: 1.0,
+            emission_lights: false,
             scale: 1.0,
             origin: [0.0; 3],
             edits: Edits::default(),

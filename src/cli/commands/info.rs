@@ -2,8 +2,8 @@
 
 use crate::cli::options::{OUTPUT, SceneArgs, SceneInput, TreeArgs, WantedPicture};
 use crate::cli::output::{
-    self, CameraReport, CliError, MemoryStats, Output, PrimitiveCounts, TreeFigures, grouped,
-    interrupt, lines, origin_row,
+    self, CameraReport, CliError, LightRow, MemoryStats, Output, PrimitiveCounts, TreeFigures,
+    Verbosity, grouped, interrupt, lines, origin_row,
 };
 use clap::Args;
 use phalanx::frame::{Engine, TreeStats};
@@ -36,6 +36,9 @@ struct InfoDocument {
     primitives: PrimitiveCounts,
     instances: InstanceCounts,
     lights: LightCounts,
+    /// The lights by power, for --json and --verbose.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    lights_by_power: Option<Vec<LightRow>>,
     materials: usize,
     named_objects: NameList,
     named_materials: NameList,
@@ -180,7 +183,9 @@ pub fn run(args: &InfoArgs) -> Result<(), CliError> {
         SceneInput::load(&args.scene, &args.scene_args, WantedPicture::default(), 0)?;
     let tree = scene_input.prepare(Engine::Simd, &args.tree, 0)?;
     let (scene, mapped) = (&scene_input.scene, scene_input.mapped_bytes);
-    let document = InfoDocument::new(&args.scene, scene, tree.tree_stats(), mapped);
+    let mut document = InfoDocument::new(&args.scene, scene, tree.tree_stats(), mapped);
+    let listed = args.json || output::verbosity() == Verbosity::Verbose;
+    document.lights_by_power = listed.then(|| LightRow::all(scene));
     output::print_output(&document, args.json)
 }
 
@@ -207,6 +212,7 @@ impl InfoDocument {
                 visible_primitives: scene.visible_count(),
             },
             lights: LightCounts::of(scene),
+            lights_by_power: None,
             materials: scene.materials.len(),
             named_objects,
             named_materials,
@@ -258,7 +264,7 @@ impl Output for InfoDocument {
         ];
         let mut rows = Vec::from_iter(rows.into_iter().flatten());
         rows.extend(self.memory.rows());
-        lines(&rows)
+        lines(&rows) + &LightRow::table(self.lights_by_power.as_deref().unwrap_or_default())
     }
 }
 

@@ -5,6 +5,7 @@ use super::nodes::PlacedNode;
 use super::source::GltfSource;
 use crate::diagnostics::{DiagnosticSink, quoted};
 use glam::{DVec3, Vec3};
+use phalanx_scene::lighting::SceneMiddle;
 use phalanx_scene::{Bounds, Scene};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
@@ -12,8 +13,8 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 /// the scene's middle receives 1.
 const EXPOSURE_RANGE: std::ops::RangeInclusive<f64> = 0.25..=4.0;
 
-/// A light in the world. `strength` is colour times intensity over π, the radiance of a white
-/// surface that faces it at distance 1 (or anywhere, for a directional one).
+/// A light in the world. `strength` is its colour in the scene before scaling, by the units of
+/// [`phalanx_scene::lighting`].
 struct ConvertedLight {
     strength: DVec3,
     place: LightPlace,
@@ -96,11 +97,13 @@ pub(super) fn add_lights(
         let message = format!("a light {kind} is left out");
         source.warning(report, "nodes", node, &message);
     }
-    let scale = exposure(&lamps, bounds);
+    let scale = exposure(&lamps, SceneMiddle::of(bounds));
     if scale != 1.0 {
-        let message =
-            format!("the file's lights are scaled by {scale:.3e}, so that its middle is well lit");
+        let message = format!(
+            "the file's lights and emission are scaled by {scale:.3e}, so that its middle is well lit"
+        );
         report.warning(source.span_of("nodes", 0), message);
+        scene.set_light_scale(scale.clamp(1e-30, 1e30) as f32);
     }
     for lamp in &lamps {
         // Clamped so that single precision adds colours up without overflow.
@@ -119,21 +122,13 @@ pub(super) fn add_lights(
     !lamps.is_empty()
 }
 
-/// Factor by which all lights are scaled: candela and lux have no bound, and files are written for
-/// any exposure.
-fn exposure(lamps: &[ConvertedLight], bounds: Bounds) -> f64 {
-    let (middle, reach) = if bounds.is_empty() {
-        (DVec3::ZERO, 1.0)
-    } else {
-        let (lo, hi) = (bounds.lo.as_dvec3(), bounds.hi.as_dvec3());
-        ((lo + hi) / 2.0, (hi - lo).length() / 2.0)
-    };
+/// Factor by which all lights are scaled: candela, lux and nits have no bound, and files are
+/// written for any exposure.
+fn exposure(lamps: &[ConvertedLight], middle: SceneMiddle) -> f64 {
     let light = lamps.iter().map(|lamp| match lamp.place {
         LightPlace::Far(_) => lamp.strength.max_element(),
-        // A light inside the scene counts as if it stood at its edge.
         LightPlace::Point(position) | LightPlace::Spot { position, .. } => {
-            let squared = (position - middle).length_squared().max(reach * reach);
-            lamp.strength.max_element() / squared
+            lamp.strength.max_element() / middle.attenuation(position, [0.0, 0.0, 1.0])
         }
     });
     let light = light.sum::<f64>();

@@ -445,7 +445,7 @@ fn emitted(material: &GltfMaterial) -> Vec3 {
     let strength = strength.map_or(1.0, |s| s.emissive_strength);
     // KHR_materials_unlit shows the base colour alone.
     let strength = material.extensions.unlit.map_or(strength, |_| 0.0);
-    let bounded = |c: f64| (c * strength).clamp(0.0, 1e6) as f32;
+    let bounded = |c: f64| (c * strength).clamp(0.0, 1e30) as f32;
     Vec3::from_array(material.emissive_factor.map(bounded))
 }
 

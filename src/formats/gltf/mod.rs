@@ -74,10 +74,9 @@
 //! its vertices have colours. The latter are single-sided, as is the default material of glTF.
 //!
 //! # Lights and cameras
-//! Candela and lux over π are colours, so that a white surface facing 1 lux of light has radiance
-//! 1/π. Point and spot lights fade with the square of the distance, whatever their range. If the
-//! middle of the scene then gets less than 0.25 or more than 4, all lights are scaled alike to give
-//! it 1, with a warning.
+//! Units are those of [`phalanx_scene::lighting`]. Point and spot lights fade with the square of
+//! the distance, whatever their range. If the middle of the scene then gets less than 0.25 or more
+//! than 4, all lights and all emission are scaled alike to give it 1, with a warning.
 //! The first camera is the view unless the options name another one of the shown nodes, and its
 //! aspect ratio is that of the picture. The scale of its node is ignored. An orthographic camera
 //! shows all of its width and height, and nothing behind it.

@@ -195,6 +195,7 @@ impl<'a, 't> GltfReader<'a, 't> {
     fn surroundings(&mut self, nodes: &[PlacedNode], bounds: Bounds) {
         let (source, scene, report) = (self.source, &mut self.scene, &mut self.report);
         cameras::add_cameras(source, nodes, bounds, scene, report);
+        scene.emission_lights = true;
         scene.defaulted.light = !lights::add_lights(source, nodes, bounds, scene, report);
     }
 

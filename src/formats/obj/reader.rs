@@ -76,6 +76,7 @@ fn read_in_chunks(
     let mut joined = mesh.triangulated(threads, &mut report);
     joined.colors = colors;
     let mut scene = mesh::scene_for(&joined.colors, options, &mut table);
+    scene.emission_lights = true;
     // Checked before materials and textures are read, which would be for nothing.
     if options.origin == Origin::Auto
         && let Some(far) = origin::of_triangles(&joined.vertices, &joined.faces[VERTEX])

@@ -46,7 +46,10 @@ pub(super) fn read(bytes: &[u8]) -> Option<(Scene, Extra)> {
     // `Scene::rescale_to_f32_range` makes it.
     let power =
         scene.scale > 0.0 && scene.scale.is_normal() && scene.scale.to_bits() & 0x7f_ffff == 0;
-    let finite = scene.background.is_finite() && scene.origin.iter().all(|axis| axis.is_finite());
+    let finite = scene.background.is_finite()
+        && scene.light_scale.is_normal()
+        && scene.light_scale > 0.0
+        && scene.origin.iter().all(|axis| axis.is_finite());
     let is_complete = matches!(input, SettingsPass::Read([]));
     (is_complete && finite && power && scene.textures.iter().all(fits)).then_some((scene, extra))
 }
@@ -70,6 +73,8 @@ fn pass(bytes: &mut SettingsPass, from: &Scene, extra: &Extra) -> Option<(Scene,
             false => None,
         },
         smooth_shadows: bytes.flag(from.smooth_shadows)?,
+        light_scale: bytes.float(from.light_scale)?,
+        emission_lights: bytes.flag(from.emission_lights)?,
         scale: bytes.float(from.scale)?,
         origin: bytes.each(from.origin, SettingsPass::double)?,
         encoding: OutputEncoding {

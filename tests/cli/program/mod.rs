@@ -12,6 +12,7 @@ mod guide;
 mod headers;
 mod inputs;
 mod jobs;
+mod light_list;
 mod made_up;
 mod memory;
 mod names;

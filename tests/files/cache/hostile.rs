@@ -193,6 +193,8 @@ fn settings_survive_and_their_prefixes_do_not() {
         output: Some("bild-ä.png".into()),
         encoding: OutputEncoding::SRGB,
         scale: 0.25,
+        light_scale: 1e-3,
+        emission_lights: true,
         origin: [500_000.1, -0.0, -4e6],
         background: Vec3::new(0.1, -0.0, 3.0),
         ..scene
@@ -237,6 +239,8 @@ fn settings_survive_and_their_prefixes_do_not() {
             s.environment.as_mut().expect("a sky").light = light;
         },
         |s: &mut Scene| s.scale = 0.75,
+        |s: &mut Scene| s.light_scale = -1.0,
+        |s: &mut Scene| s.light_scale = f32::INFINITY,
         |s: &mut Scene| s.scale = 0.0,
         |s: &mut Scene| s.scale = -1.0,
         |s: &mut Scene| s.origin[1] = f64::NAN,

@@ -8,6 +8,7 @@ mod copies;
 mod corners;
 mod files;
 mod geometry;
+mod light_units;
 mod mangled;
 mod materials;
 mod names;

@@ -36,4 +36,4 @@ pub use output_file::{OutputFile, format_of};
 pub use progress::{ProgressMode, ProgressOptions};
 pub use stderr::{advise, error, message, note, printable, status, warning};
 pub use stdout::{Output, is_dash, print, print_json, print_output, print_raw, stdout_columns};
-pub use verbosity::{Verbosity, set_verbosity};
+pub use verbosity::{Verbosity, set_verbosity, verbosity};
