@@ -16,6 +16,8 @@ pub struct ReadScene {
     pub up_is_assumed: bool,
     /// True if the file is text.
     pub is_text: bool,
+    /// The first vertex of each object, ascending, if surfaces end between objects.
+    pub(super) objects: Vec<u32>,
     /// Files that were found next to the scene's (materials, textures, buffers), each by its real
     /// path.
     pub files: Vec<PathBuf>,
@@ -43,11 +45,11 @@ pub(super) fn finish(
     let is_text = report.is_text();
     let warnings = report.finish()?;
     scene.origin = options.origin.position().into();
-    scene.add_missing_tangents();
     Ok(ReadScene {
         scene,
         up_is_assumed: false,
         is_text,
+        objects: Vec::new(),
         files: Vec::new(),
         warnings,
         origin_note: None,

@@ -4,6 +4,8 @@
 //! |---|---|
 //! | `chunk` | rows of a chunk of a file, and the mesh of all chunks |
 //! | `faces` | faces of a chunk, before they are triangulated |
+//! | `first_equal` | rows that are equal to an earlier one |
+//! | `smooth_normals`, `fan` | vertex normals for triangles whose file gives none |
 //! | `polygon`, `large_polygon` | polygons to triangles |
 //! | `polygon_mesh` | a mesh of polygons, triangulated and put into a scene |
 //! | `vertex_colors` | colours of vertices and faces |
@@ -13,10 +15,14 @@
 pub(crate) mod chunk;
 pub(crate) mod defaults;
 pub(crate) mod faces;
+mod fan;
+pub(crate) mod first_equal;
 mod large_polygon;
 pub(crate) mod named_runs;
 pub mod polygon;
 mod polygon_mesh;
+mod smooth_normals;
 pub(crate) mod vertex_colors;
 
 pub(crate) use polygon_mesh::*;
+pub(crate) use smooth_normals::add_smooth_normals;

@@ -103,8 +103,8 @@ fn warn_bad_normals(bad: &[NotFinite], report: &mut DiagnosticSink) {
     for normal in bad {
         remarks.warn(
             normal.span,
-            "this normal is zero or not finite: faces that use it are shaded flat",
-            "normals are zero or not finite, this one first: faces that use them are shaded flat",
+            "this normal is zero or not finite: faces that use it have none",
+            "normals are zero or not finite, this one first: faces that use them have none",
         );
     }
     remarks.emit(report);

@@ -89,6 +89,7 @@ fn the_command_in_a_picture_makes_it_again() {
         ("--spp 1", "--spp 1"),
         ("", "--spp 4"),
         ("--spp 1 --light 1,2,3", ""),
+        ("--smooth", "--smooth=30"),
     ] {
         room.ok(&format!("render m.obj -o m.png --size 40x30 {options}"));
         let command = text(&bytes("m.png"), "Comment");
