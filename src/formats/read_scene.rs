@@ -16,6 +16,8 @@ pub struct ReadScene {
     pub up_is_assumed: bool,
     /// True if the file is text.
     pub is_text: bool,
+    /// True if the scene is the points of a file without faces.
+    pub(super) is_cloud: bool,
     /// The first vertex of each object, ascending, if surfaces end between objects.
     pub(super) objects: Vec<u32>,
     /// Files that were found next to the scene's (materials, textures, buffers), each by its real
@@ -49,6 +51,7 @@ pub(super) fn finish(
         scene,
         up_is_assumed: false,
         is_text,
+        is_cloud: false,
         objects: Vec::new(),
         files: Vec::new(),
         warnings,

@@ -169,6 +169,10 @@ fn read(
                             origin::note(&read.scene)
                         };
                         read.notes.extend(note);
+                        if options.point_radius.is_some() && !read.is_cloud {
+                            let note = "--point-radius has no effect: the scene is no point cloud";
+                            read.notes.push(note.to_owned());
+                        }
                         read.notes.extend(note_on_material(&read.scene, &options));
                         return Ok(read);
                     }

@@ -141,6 +141,7 @@ fn amended(mut opened: Opened, options: &Options) -> Result<Opened, OpenError> {
     let others = [
         (read.material.is_some(), "material"),
         (read.smooth.is_some(), "smooth"),
+        (read.point_radius.is_some(), "point-radius"),
     ];
     let given = others.iter().filter(|(is_given, _)| *is_given);
     notes.extend(given.map(|(_, name)| format!("--{name} has no effect on a scene cache")));

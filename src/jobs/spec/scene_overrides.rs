@@ -46,6 +46,12 @@ pub struct SceneOverrides {
     /// more than ANGLE degrees stay sharp, as with --smooth=60. [default: all; 30 without ANGLE]
     #[cfg_attr(feature = "clap", arg(long, value_name = "ANGLE", num_args = 0..=1, require_equals = true, default_missing_value = "30", value_parser = AsText::<SmoothAngle>::parse))]
     pub smooth: Option<AsText<SmoothAngle>>,
+    /// Radius of points, if the file is a point cloud
+    ///
+    /// Radius of the spheres that are drawn for the points of a PLY or OBJ file without faces, in
+    /// its units. [default: the median distance between nearest neighbours]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "R", hide_short_help = true, value_parser = AsText::<PointRadius>::parse))]
+    pub point_radius: Option<AsText<PointRadius>>,
     /// Show single-sided glTF materials from behind
     ///
     /// Without this option, camera, mirror and refracted rays pass through the backs of glTF
@@ -128,6 +134,7 @@ impl SceneOverrides {
         let read = ReadOptions {
             material: self.material.map(|material| material.0),
             smooth: self.smooth.map(|angle| angle.0.0),
+            point_radius: self.point_radius.map(|radius| radius.0.0),
             origin: self.origin.map(|origin| origin.0).unwrap_or_default(),
             allow_paths: self.allow_path.clone(),
             ..ReadOptions::default()
@@ -147,6 +154,7 @@ impl SceneOverrides {
             OptionRow::new("background", Words, &self.background),
             OptionRow::new("material", Words, &self.material),
             OptionRow::new("smooth", Attached, &self.smooth),
+            OptionRow::new("point_radius", Words, &self.point_radius),
             OptionRow::new("two_sided", Flag, &self.two_sided),
             OptionRow::new("terminator", Words, &self.terminator),
             OptionRow::new("origin", Words, &unless_default(self.origin)),
@@ -221,6 +229,23 @@ impl OptionValue for SmoothAngle {
             .filter(|angle| (0.0..=180.0).contains(angle));
         let angle = angle.ok_or("expected degrees from 0 to 180, as in --smooth=45");
         Ok(SmoothAngle(angle?))
+    }
+
+    fn text(&self) -> String {
+        self.0.to_string()
+    }
+}
+
+/// Radius of the points of a cloud.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PointRadius(pub f32);
+
+impl OptionValue for PointRadius {
+    fn parse(text: &str) -> Result<PointRadius, String> {
+        let radius = number(text).ok().filter(|radius| *radius > 0.0);
+        radius
+            .map(PointRadius)
+            .ok_or_else(|| "expected a radius above 0, as in 0.01".into())
     }
 
     fn text(&self) -> String {
