@@ -96,9 +96,15 @@ impl From<Vec<Diagnostic>> for ReadStop {
     }
 }
 
+impl From<OverLimit> for Vec<Diagnostic> {
+    fn from(refusal: OverLimit) -> Vec<Diagnostic> {
+        DiagnosticSink::binary().refuse(Span::START, refusal.to_string())
+    }
+}
+
 impl From<OverLimit> for ReadStop {
     fn from(refusal: OverLimit) -> ReadStop {
-        ReadStop::Wrong(DiagnosticSink::binary().refuse(Span::START, refusal.to_string()))
+        ReadStop::Wrong(refusal.into())
     }
 }
 

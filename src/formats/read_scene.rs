@@ -16,6 +16,10 @@ pub struct ReadScene {
     pub up_is_assumed: bool,
     /// True if the file is text.
     pub is_text: bool,
+    /// True if the scene is the points of a file without faces.
+    pub(super) is_cloud: bool,
+    /// The first vertex of each object, ascending, if surfaces end between objects.
+    pub(super) objects: Vec<u32>,
     /// Files that were found next to the scene's (materials, textures, buffers), each by its real
     /// path.
     pub files: Vec<PathBuf>,
@@ -43,7 +47,6 @@ pub(super) fn finish(
     let is_text = report.is_text();
     let warnings = report.finish()?;
     scene.origin = options.origin.position().into();
-    scene.add_missing_tangents();
     // A format with a single camera tells by it which way is up.
     if !scene.defaulted.view && scene.cameras.is_empty() {
         scene.defaulted.up = UpAxis::nearest(scene.view.up);
@@ -52,6 +55,8 @@ pub(super) fn finish(
         scene,
         up_is_assumed: false,
         is_text,
+        is_cloud: false,
+        objects: Vec::new(),
         files: Vec::new(),
         warnings,
         origin_note: None,

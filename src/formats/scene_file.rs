@@ -3,13 +3,13 @@
 use crate::diagnostics::{Diagnostic, DiagnosticSink, Span};
 use crate::folder::Folder;
 use crate::folder::foreign;
-use crate::memory::MemoryLedger;
+use crate::memory::{MemoryLedger, OverLimit};
+use crate::mesh;
 use crate::options::ReadOptions;
 use crate::origin::{self, Origin, ReadStop};
 use crate::read_scene::{LoadError, ReadScene};
 use crate::table::{FORMATS, SceneFormat, find};
-use crate::text::bytes;
-use crate::text::utf16;
+use crate::text::{bytes, utf16, workers};
 use phalanx_scene::{PrimKind, Scene};
 use std::borrow::Cow;
 use std::ffi::OsStr;
@@ -161,11 +161,18 @@ fn read(
                 match again.then(|| origin::of_scene(&read.scene)).flatten() {
                     Some(farther) => options.origin = Origin::At((origin + farther).into()),
                     None => {
+                        let note = smooth(&mut read, &options, asset_dir.memory())?;
+                        read.scene.add_missing_tangents();
                         read.origin_note = if keeps_origin {
                             Some(origin::KEPT_NOTE.to_owned())
                         } else {
                             origin::note(&read.scene)
                         };
+                        read.notes.extend(note);
+                        if options.point_radius.is_some() && !read.is_cloud {
+                            let note = "--point-radius has no effect: the scene is no point cloud";
+                            read.notes.push(note.to_owned());
+                        }
                         read.notes.extend(note_on_material(&read.scene, &options));
                         return Ok(read);
                     }
@@ -179,6 +186,24 @@ fn read(
             }
         }
     }
+}
+
+/// Gives normals to the scene's triangles that have none, if that is requested. Returns a note if
+/// it changes nothing.
+fn smooth(
+    read: &mut ReadScene,
+    options: &ReadOptions,
+    memory: &MemoryLedger,
+) -> Result<Option<String>, OverLimit> {
+    let Some(angle) = options.smooth else {
+        return Ok(None);
+    };
+    let (triangles, objects) = (&mut read.scene.triangles, &read.objects);
+    let threads = workers::thread_count(options.threads);
+    let is_smooth = mesh::add_smooth_normals(triangles, objects, angle, threads, memory)?;
+    let note =
+        "--smooth has no effect: all triangles have normals in the file, or edges beyond its angle";
+    Ok((!is_smooth).then(|| note.to_owned()))
 }
 
 /// A note that the requested material has no effect, if every triangle has one from the file.

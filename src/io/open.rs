@@ -151,9 +151,13 @@ fn amended(mut opened: Opened, options: &Options) -> Result<Opened, OpenError> {
     if read.origin != Origin::Auto {
         notes.push("--origin has no effect on a scene cache".to_owned());
     }
-    if read.material.is_some() {
-        notes.push("--material has no effect on a scene cache".to_owned());
-    }
+    let others = [
+        (read.material.is_some(), "material"),
+        (read.smooth.is_some(), "smooth"),
+        (read.point_radius.is_some(), "point-radius"),
+    ];
+    let given = others.iter().filter(|(is_given, _)| *is_given);
+    notes.extend(given.map(|(_, name)| format!("--{name} has no effect on a scene cache")));
     Ok(opened)
 }
 

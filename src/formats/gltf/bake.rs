@@ -47,8 +47,8 @@ impl BadAttributes {
             ),
             (
                 self.normals,
-                "one normal is zero or not finite: faces that use it are shaded flat",
-                "normals are zero or not finite: faces that use them are shaded flat",
+                "one normal is zero or not finite: faces that use it have none",
+                "normals are zero or not finite: faces that use them have none",
             ),
             (
                 self.uvs,

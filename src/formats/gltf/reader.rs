@@ -50,7 +50,7 @@ pub(crate) fn read(
     } else {
         DiagnosticSink::new(text::utf8(bytes)?.as_bytes())
     };
-    let mut scene = empty_scene();
+    let (mut scene, mut objects) = (empty_scene(), Vec::new());
     let opened = container::open(bytes);
     let parsed = opened.and_then(|parts| {
         let count = |byte: u8| memchr::memchr_iter(byte, &bytes[parts.json.clone()]).count() as u64;
@@ -72,12 +72,15 @@ pub(crate) fn read(
             if extensions::are_known(&source, &mut report) && report.is_clean() {
                 let mut reader = GltfReader::new(&source, asset_dir, options, scene, report);
                 reader.run()?;
-                (scene, report) = (reader.scene, reader.report);
+                (scene, objects, report) = (reader.scene, reader.objects, reader.report);
                 scene.textures = reader.materials.into_textures();
             }
         }
     }
-    read_scene::finish(scene, options, report)
+    Ok(ReadScene {
+        objects,
+        ..read_scene::finish(scene, options, report)?
+    })
 }
 
 /// Memory for an object of the document, such as a node, and for its results.
@@ -106,6 +109,8 @@ struct GltfReader<'a, 't> {
     /// True if the scene's origin rounds coordinates that are single precision in the file.
     inexact: bool,
     threads: usize,
+    /// The first vertex of each mesh that is shown, or stored.
+    objects: Vec<u32>,
     /// Meshes that are to be baked and appended, in their order.
     waiting: Vec<BakedMesh<'a>>,
 }
@@ -143,6 +148,7 @@ impl<'a, 't> GltfReader<'a, 't> {
             warned_short: HashSet::new(),
             inexact: false,
             threads: workers::thread_count(options.threads),
+            objects: Vec::new(),
             waiting: Vec::new(),
         }
     }
@@ -306,7 +312,12 @@ impl<'a, 't> GltfReader<'a, 't> {
     fn bake(&mut self, meshes: &[BakedMesh]) -> Vec<BadAttributes> {
         let mut faults = vec![BadAttributes::default(); meshes.len()];
         let origin = self.options.origin;
+        let mut last = None;
         bake_all(meshes, origin, self.threads, |k, shape, mesh, bad| {
+            if last.replace(k) != Some(k) {
+                self.objects
+                    .push(self.scene.triangles.vertices.len() as u32);
+            }
             append(&mut self.scene, mesh, meshes[k].name, shape.name);
             faults[k].add(bad);
         });

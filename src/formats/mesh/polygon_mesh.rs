@@ -1,14 +1,10 @@
-//! Shared steps of the readers of meshes: vertices that are not finite, triangles, and the scene.
+//! Shared steps of the readers of meshes: vertices that are not finite, and triangles.
 
-use super::defaults::{GREY, WHITE, empty_scene};
 use super::faces::{Faces, NONE, NORMAL, UV, VERTEX};
 use super::vertex_colors::MeshColors;
 use crate::diagnostics::{ChunkRemarks, DiagnosticSink, Span, WarningTally, counted};
-use crate::options::ReadOptions;
-use crate::origin::{self, ReadStop};
-use crate::read_scene::{self, ReadScene};
 use crate::text::workers;
-use phalanx_scene::{Column, MaterialTable, Mesh, MeshMaterial, Prim, Scene, Vec2s, Vec3s};
+use phalanx_scene::{Column, MeshMaterial, Vec2s, Vec3s};
 
 /// A row whose numbers are not finite or cannot be used, and its span in the file.
 #[derive(Clone, Copy, Debug)]
@@ -103,8 +99,8 @@ fn warn_bad_normals(bad: &[NotFinite], report: &mut DiagnosticSink) {
     for normal in bad {
         remarks.warn(
             normal.span,
-            "this normal is zero or not finite: faces that use it are shaded flat",
-            "normals are zero or not finite, this one first: faces that use them are shaded flat",
+            "this normal is zero or not finite: faces that use it have none",
+            "normals are zero or not finite, this one first: faces that use them have none",
         );
     }
     remarks.emit(report);
@@ -135,6 +131,8 @@ pub(crate) struct MergedMesh {
     pub(crate) faces: [Vec<[u32; 3]>; 3],
     pub(crate) colors: MeshColors,
     pub(crate) material: MeshMaterial,
+    /// Vertices that are out of reach, ascending, if there are no faces.
+    pub(crate) lost: Vec<u32>,
     /// Axes of `vertices` that are single-precision numbers in the file and have not been changed.
     pub(crate) single: [bool; 3],
 }
@@ -146,6 +144,9 @@ impl PolygonMesh {
         threads: usize,
         report: &mut DiagnosticSink,
     ) -> MergedMesh {
+        let is_cloud = self.faces.iter().all(|faces| faces.len() == 0);
+        let bad = self.not_finite.iter().filter(|_| is_cloud);
+        let lost = bad.map(|vertex| vertex.number).collect();
         // A file with errors has no triangles that are worth a remark.
         if report.is_clean() {
             leave_out_unreachable(self.not_finite, &mut self.vertices, &mut self.faces, report);
@@ -172,6 +173,7 @@ impl PolygonMesh {
             vertex_normals: self.vertex_normals,
             vertex_uvs: self.vertex_uvs,
             faces,
+            lost,
             ..MergedMesh::default()
         }
     }
@@ -208,58 +210,4 @@ fn merge_faces(threads: usize, chunks: Vec<Faces>) -> [Vec<[u32; 3]>; 3] {
     }
     let mut joined = workers::map(threads, columns.into(), workers::join).into_iter();
     std::array::from_fn(|_| joined.next().unwrap_or_default())
-}
-
-/// A scene of a mesh alone, whose row 0 is the material of triangles for which the file names none.
-/// Colours are the surface's own, so a default material beneath them is white.
-pub(crate) fn scene_for(
-    colors: &MeshColors,
-    options: &ReadOptions,
-    table: &mut MaterialTable,
-) -> Scene {
-    let default = if colors.rgb.is_empty() { GREY } else { WHITE };
-    let mut scene = empty_scene();
-    table.intern(&options.material.unwrap_or(default), &mut scene.materials);
-    scene
-}
-
-/// Puts a mesh into its scene, and ends the reading.
-pub(crate) fn finish(
-    mut scene: Scene,
-    mut joined: MergedMesh,
-    options: &ReadOptions,
-    mut report: DiagnosticSink,
-) -> Result<ReadScene, ReadStop> {
-    if let Some(origin) = options.origin.offset() {
-        let (vertices, corners) = (&mut joined.vertices, &joined.faces[VERTEX]);
-        origin::move_exactly(vertices, corners, joined.single, origin)?;
-    }
-    let [corners, uvs, normals] = joined.faces;
-    let end = report.end_of_content();
-    let most = Prim::MAX_INDEX as usize;
-    if corners.len() > most || joined.vertices.len() > most {
-        report.error(end, format!("more than {most} triangles or vertices"));
-    } else if report.is_clean() {
-        if corners.is_empty() {
-            report.warning(end, "the file has no faces: the picture will be empty");
-        }
-        let colors = joined.colors.rows(&corners);
-        scene.append_mesh(Mesh {
-            vertices: joined.vertices,
-            corners: corners.into(),
-            normals: normals.into(),
-            vertex_normals: joined.vertex_normals,
-            uvs: uvs.into(),
-            vertex_uvs: joined.vertex_uvs,
-            colors: colors.into(),
-            vertex_colors: joined.colors.rgb,
-            vertex_opacity: joined.colors.opacity,
-            material: joined.material,
-            ..Mesh::default()
-        });
-    }
-    Ok(ReadScene {
-        up_is_assumed: true,
-        ..read_scene::finish(scene, options, report)?
-    })
 }

@@ -109,7 +109,7 @@ fn read_in_chunks(
         uv_baking::bake(&mut joined, &materials.transformed, memory)?;
         smoothing::smooth(&mut joined, &changes.smoothing, memory)?;
     }
-    let mut loaded = mesh::finish(scene, joined, options, report)?;
+    let mut loaded = mesh::finish(scene, joined, options, memory, report)?;
     loaded.notes.extend(notes);
     Ok(loaded)
 }

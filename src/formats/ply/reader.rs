@@ -94,7 +94,7 @@ fn read_in_chunks(
     }
     joined.single = plan.vertices.single;
     joined.colors = colors;
-    let mut loaded = mesh::finish(scene, joined, options, report)?;
+    let mut loaded = mesh::finish(scene, joined, options, memory, report)?;
     loaded.notes.extend(notes);
     Ok(loaded)
 }

@@ -73,7 +73,7 @@ fn read_in_chunks(
     memory.take(bytes_of_names, "for the names of the file's solids")?;
     let mut scene = scene_for(&joined, options);
     named_runs::name(&mut scene.names, (bytes, solids), &Vec::new(), soup.len());
-    mesh::finish(scene, joined, options, report)
+    mesh::finish(scene, joined, options, memory, report)
 }
 
 fn scene_for(joined: &MergedMesh, options: &ReadOptions) -> Scene {
@@ -106,7 +106,7 @@ fn read_binary(
         ..welded.triangulated(threads, &mut report)
     };
     let scene = scene_for(&joined, options);
-    mesh::finish(scene, joined, options, report)
+    mesh::finish(scene, joined, options, memory, report)
 }
 
 #[cfg(test)]

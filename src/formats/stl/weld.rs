@@ -1,19 +1,11 @@
 //! Welds corners: those with the same bits become one vertex, numbered in the order in which they
 //! first appear.
-//!
-//! Each thread has a share of all possible corners, by their hash, and finds the first occurrence
-//! of each of them. So the result depends neither on the number of threads nor on the hash. The
-//! hash differs from run to run, so that no file can be crafted to be slow.
 
 use crate::diagnostics::Span;
 use crate::mesh::faces::{Faces, VERTEX};
+use crate::mesh::first_equal::first_equal;
 use crate::mesh::{self, NotFinite, PolygonMesh};
-use crate::text::workers;
-use foldhash::quality::RandomState;
 use phalanx_scene::Vec3s;
-use std::collections::HashMap;
-use std::hash::BuildHasher;
-use std::sync::atomic::{AtomicU32, Ordering};
 
 /// Triangles over shared vertices.
 pub(super) struct Welded {
@@ -52,14 +44,13 @@ pub(super) fn weld(
     threads: usize,
     corner: impl Fn(usize) -> [u32; 3] + Sync,
 ) -> Welded {
-    let first = first_corners(facets, threads, &corner);
+    // For each corner, the first one with the same bits; then its vertex's number.
+    let mut numbers = first_equal(3 * facets, threads, &corner);
     let mut welded = Welded {
         vertices: Vec3s::default(),
         corners: Vec::with_capacity(facets),
         bad: Vec::new(),
     };
-    // The number of each vertex, stored at the corner where it occurs first.
-    let mut numbers = first;
     for facet in 0..facets {
         let row = [0, 1, 2].map(|k| {
             let corner_index = facet * 3 + k;
@@ -75,30 +66,4 @@ pub(super) fn weld(
         welded.corners.push(row);
     }
     welded
-}
-
-/// For each corner, the first one with the same bits.
-fn first_corners(
-    facets: usize,
-    threads: usize,
-    corner: &(impl Fn(usize) -> [u32; 3] + Sync),
-) -> Vec<u32> {
-    let count = facets * 3;
-    let hasher = RandomState::default();
-    let shares = threads.clamp(1, 64) as u64;
-    let firsts: Vec<AtomicU32> = std::iter::repeat_with(|| AtomicU32::new(0))
-        .take(count)
-        .collect();
-    workers::map(threads, (0..shares).collect(), |share| {
-        let mut seen = HashMap::with_hasher(hasher.clone());
-        for (index, slot) in firsts.iter().enumerate() {
-            let bits = corner(index);
-            // The lower bits choose the share, the upper ones the slot in its table.
-            if ((hasher.hash_one(bits) & 0xffff_ffff) * shares) >> 32 == share {
-                let first = seen.entry(bits).or_insert(index as u32);
-                slot.store(*first, Ordering::Relaxed);
-            }
-        }
-    });
-    firsts.into_iter().map(AtomicU32::into_inner).collect()
 }

@@ -37,9 +37,7 @@ pub(crate) fn to_utf8(
     if !odd.is_empty() {
         return Err(broken(offset));
     }
-    let reserved = memory.take(length as u64, "for the file's text in UTF-8");
-    reserved
-        .map_err(|refusal| DiagnosticSink::binary().refuse(Span::START, refusal.to_string()))?;
+    memory.take(length as u64, "for the file's text in UTF-8")?;
     let mut text = String::with_capacity(length);
     text.extend(char::decode_utf16(units()).flatten());
     Ok(Some(text.into_bytes()))

@@ -67,6 +67,18 @@ pub struct SceneOverrides {
     /// are 0, except ka (a fifth of kd), shininess (1) and ior (1).
     #[cfg_attr(feature = "clap", arg(long, value_name = "MATERIAL", value_parser = AsText::<Material>::parse))]
     pub material: Option<AsText<Material>>,
+    /// Smooth surfaces where the file has no normals
+    ///
+    /// Gives vertex normals to triangles of PLY, STL, OBJ and glTF files that have none. Edges of
+    /// more than ANGLE degrees stay sharp, as with --smooth=60. [default: all; 30 without ANGLE]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "ANGLE", num_args = 0..=1, require_equals = true, default_missing_value = "30", value_parser = AsText::<SmoothAngle>::parse))]
+    pub smooth: Option<AsText<SmoothAngle>>,
+    /// Radius of points, if the file is a point cloud
+    ///
+    /// Radius of the spheres that are drawn for the points of a PLY or OBJ file without faces, in
+    /// its units. [default: the median distance between nearest neighbours]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "R", hide_short_help = true, value_parser = AsText::<PointRadius>::parse))]
+    pub point_radius: Option<AsText<PointRadius>>,
     /// Show single-sided glTF materials from behind
     ///
     /// Without this option, camera, mirror and refracted rays pass through the backs of glTF
@@ -150,6 +162,8 @@ impl SceneOverrides {
         };
         let read = ReadOptions {
             material: self.material.map(|material| material.0),
+            smooth: self.smooth.map(|angle| angle.0.0),
+            point_radius: self.point_radius.map(|radius| radius.0.0),
             origin: self.origin.map(|origin| origin.0).unwrap_or_default(),
             allow_paths: self.allow_path.clone(),
             ..ReadOptions::default()
@@ -176,6 +190,8 @@ impl SceneOverrides {
             OptionRow::new("environment", Attached, &self.environment),
             OptionRow::new("environment_turn", Attached, &turn),
             OptionRow::new("material", Words, &self.material),
+            OptionRow::new("smooth", Attached, &self.smooth),
+            OptionRow::new("point_radius", Words, &self.point_radius),
             OptionRow::new("two_sided", Flag, &self.two_sided),
             OptionRow::new("terminator", Words, &self.terminator),
             OptionRow::new("origin", Words, &unless_default(self.origin)),
@@ -260,6 +276,41 @@ impl OptionValue for OrthoHeight {
             OrthoHeight::Fitting => FITTING.to_owned(),
             OrthoHeight::Given(height) => height.to_string(),
         }
+    }
+}
+
+/// Angle in degrees up to which edges are smooth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SmoothAngle(pub f32);
+
+impl OptionValue for SmoothAngle {
+    fn parse(text: &str) -> Result<SmoothAngle, String> {
+        let angle = number(text)
+            .ok()
+            .filter(|angle| (0.0..=180.0).contains(angle));
+        let angle = angle.ok_or("expected degrees from 0 to 180, as in --smooth=45");
+        Ok(SmoothAngle(angle?))
+    }
+
+    fn text(&self) -> String {
+        self.0.to_string()
+    }
+}
+
+/// Radius of the points of a cloud.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PointRadius(pub f32);
+
+impl OptionValue for PointRadius {
+    fn parse(text: &str) -> Result<PointRadius, String> {
+        let radius = number(text).ok().filter(|radius| *radius > 0.0);
+        radius
+            .map(PointRadius)
+            .ok_or_else(|| "expected a radius above 0, as in 0.01".into())
+    }
+
+    fn text(&self) -> String {
+        self.0.to_string()
     }
 }
 

@@ -97,6 +97,7 @@ fn the_command_in_a_picture_makes_it_again() {
         ("--integrator ao", "--integrator ao --ao-distance 0.14 "),
         ("--integrator ao --ao-distance inf", "--ao-distance inf "),
         ("--headlight", " --headlight "),
+        ("--smooth", "--smooth=30"),
     ] {
         room.ok(&format!("render m.obj -o m.png --size 40x30 {options}"));
         let command = text(&bytes("m.png"), "Comment");

@@ -1,5 +1,5 @@
-//! Parts of a picture that a file does not specify: parallel cameras, the sky seen in mirrors, and
-//! warnings about empty pictures.
+//! Parts of a picture that a file does not specify: parallel cameras, the sky seen in mirrors,
+//! normals, and warnings about empty pictures.
 
 use super::TestFolder;
 
@@ -262,4 +262,65 @@ fn a_made_up_camera_frames_the_picture_that_is_asked_for() {
     let ran = room.run("render w.obj -o out.png --camera 0,0,9 0,0,0 0,1,0 40 --up z");
     assert!(ran.stderr.contains("--up has no effect"), "{}", ran.stderr);
     room.refused("render w.obj --up w", 2, &["--up", "-x"]);
+}
+
+/// Text of an OBJ file of a half cylinder of 12 sides, 15 degrees apart, without normals.
+fn half_pipe() -> String {
+    let angles = (0..=12).map(|k| (f64::from(k) * 15.0).to_radians().sin_cos());
+    let vertices = angles.map(|(sin, cos)| format!("v {cos} -1 {sin}\nv {cos} 1 {sin}\n"));
+    let sides = (0..12).map(|k| [1, 2, 4, 3].map(|corner| corner + 2 * k));
+    let faces = sides.map(|[a, b, c, d]| format!("f {d} {c} {b}\nf {d} {b} {a}\n"));
+    vertices.chain(faces).collect()
+}
+
+/// Made normals are part of the scene: of its files, caches, checkpoints and commands.
+#[test]
+fn smooth_surfaces_are_smooth_wherever_the_scene_is() {
+    let room = TestFolder::new();
+    room.write("s.obj", &half_pipe());
+    let bytes = |line: &str| {
+        let line = format!("render {line} -o out.png --size 40x30 --threads 1");
+        room.ok(&line);
+        std::fs::read(room.path().join("out.png")).unwrap()
+    };
+    let pixels = |line: &str| {
+        bytes(line);
+        phalanx::image::load(&room.path().join("out.png"))
+            .unwrap()
+            .pixels
+    };
+    let (flat, smooth) = (pixels("s.obj"), pixels("s.obj --smooth"));
+    assert!(flat != smooth);
+    assert!(pixels("s.obj --smooth=30 --engine scalar") == smooth);
+    assert!(pixels("s.obj --smooth=14") == flat);
+    room.ok("verify s.obj --smooth --size 40x30");
+    room.ok("build s.obj --smooth -o s.phx");
+    assert!(pixels("s.phx") == smooth);
+    let line = "render s.obj -o out.png --size 40x30 --checkpoint c.ckpt";
+    room.ok(line);
+    room.refused(&format!("{line} --smooth"), 2, &["c.ckpt"]);
+    for (line, what) in [
+        ("s.phx --smooth", "on a scene cache"),
+        ("a.test --smooth", "all triangles"),
+        ("s.obj --smooth=14", "beyond its angle"),
+    ] {
+        let ran = room.run(&format!("info {line}"));
+        let note = format!(
+            "--smooth has no effect{}",
+            if line.contains("phx") { " " } else { ": " }
+        );
+        assert!(
+            ran.stderr.contains(&note) && ran.stderr.contains(what),
+            "{}",
+            ran.stderr
+        );
+    }
+    for angle in ["-1", "181", "x", "nan", ""] {
+        let line = format!("info s.obj --smooth={angle}");
+        room.refused(&line, 2, &["--smooth"]);
+    }
+    // The program, three times the file, and some of what normals take.
+    let limit = (24 << 20) + 3 * half_pipe().len() + 1500;
+    let line = format!("info s.obj --max-memory {limit} --smooth");
+    room.refused(&line, 1, &["smooth normals"]);
 }

@@ -14,6 +14,7 @@ mod materials;
 mod names;
 mod origin;
 mod pose;
+mod smooth;
 mod surroundings;
 mod threads;
 mod tolerated;

@@ -1,5 +1,6 @@
 //! The mesh readers: meaning of files, messages about bad ones, and agreement with other readers.
 
+mod clouds;
 mod framing;
 mod names;
 mod obj;

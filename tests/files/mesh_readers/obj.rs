@@ -213,17 +213,6 @@ fn unusable_normals_leave_their_faces_flat() {
 }
 
 #[test]
-fn a_file_without_faces_is_a_picture_of_the_background() {
-    let loaded = read(CORNERS);
-    assert_eq!(loaded.scene.prim_count(), 0);
-    assert!(
-        loaded.warnings[0].message.contains("no faces"),
-        "{:?}",
-        loaded.warnings
-    );
-}
-
-#[test]
 fn a_bare_mesh_gets_everything_a_picture_needs() {
     let loaded = read(&format!("{CORNERS}f 1 2 3"));
     let s = &loaded.scene;
