@@ -5,6 +5,7 @@ mod bench;
 mod caches;
 mod compare;
 mod copied_commands;
+mod exposure;
 mod formats;
 mod guide;
 mod headers;
