@@ -95,6 +95,8 @@ class Scene:
         max_depth: int | None = None,
         aovs: None = None,
         threads: int | None = None,
+        exposure: float | Literal["auto"] | None = None,
+        tone: Literal["linear", "neutral"] = "linear",
     ) -> NDArray[np.float32]: ...
     @overload
     def render(
@@ -106,6 +108,8 @@ class Scene:
         *,
         aovs: list[str],
         threads: int | None = None,
+        exposure: float | Literal["auto"] | None = None,
+        tone: Literal["linear", "neutral"] = "linear",
     ) -> dict[str, NDArray[np.float32] | NDArray[np.int32]]: ...
     @overload
     def render(
@@ -116,6 +120,8 @@ class Scene:
         max_depth: int | None,
         aovs: list[str],
         threads: int | None = None,
+        exposure: float | Literal["auto"] | None = None,
+        tone: Literal["linear", "neutral"] = "linear",
     ) -> dict[str, NDArray[np.float32] | NDArray[np.int32]]: ...
     def depth(
         self,

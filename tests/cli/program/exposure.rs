@@ -1,6 +1,7 @@
 //! `--exposure auto` and `--tone`.
 
 use super::headers::{again, text};
+use super::view::{ViewProcess, frame, shot, view};
 use super::{SCENE, TestFolder};
 use serde_json::{Value, json};
 use std::fs;
@@ -219,4 +220,70 @@ fn linear_is_what_pictures_have_by_default() {
     assert!(load("--tone linear --exposure 0") == plain);
     assert!(!text(&plain, "Comment").contains("tone"));
     assert!(load("--tone neutral") != plain);
+}
+
+/// A page's picture with this exposure and tone, and the camera rays that were traced for it.
+fn seen(served: &ViewProcess, exposure: Value, tone: Value) -> (Vec<u8>, u64) {
+    let mut rays = 0;
+    let mut request = frame("shaded", 0, 4);
+    (request["exposure"], request["tone"]) = (exposure, tone);
+    loop {
+        let reply = served.post("frame", request.clone());
+        assert_eq!(reply.status, 200, "{}", reply.head);
+        let info: Value = serde_json::from_str(reply.header("Frame")).unwrap();
+        rays += info["rays"]["primary"].as_u64().unwrap();
+        if info["samples"] == 4 {
+            return (reply.body, rays);
+        }
+        request["have"] = info["samples"].clone();
+    }
+}
+
+#[test]
+fn a_page_changes_exposure_and_tone_of_the_picture_that_is_there() {
+    let room = TestFolder::new();
+    let served = ViewProcess::start(&room, "view a.test --exposure auto --tone neutral");
+    let scene = &served.post("state", json!({})).json()["scene"];
+    assert_eq!(scene["exposure"], json!(room.stops("render a.test")));
+    assert_eq!(scene["tone"], "neutral");
+    let stops = |request: Value| served.post("exposure", request).json()["exposure"].clone();
+    let own = stops(shot("shaded", 1));
+    let mut page = view();
+    (page["eye"], page["center"]) = (json!([4, 0, -3]), json!([0, 0, 0]));
+    let mut other = shot("shaded", 1);
+    other["view"] = page;
+    assert!(own.is_number() && stops(other) != own);
+    assert_eq!(stops(shot("ao", 1)), 0.0);
+    // Nothing said is what the options say, whatever another page has.
+    let (by_options, rays) = seen(&served, json!(null), json!(null));
+    assert!(rays >= 40 * 24 * 4, "{rays}");
+    let by_options = (by_options, 0);
+    let plain = seen(&served, json!(0), json!("linear"));
+    assert!(plain.0 != by_options.0 && plain.1 == 0);
+    assert!(seen(&served, json!(1), json!("linear")).0 != plain.0);
+    assert!(seen(&served, json!(null), json!(null)) == by_options);
+    assert!(seen(&served, scene["exposure"].clone(), json!("neutral")) == by_options);
+    // What is kept is what its command writes.
+    for (exposure, tone) in [
+        (json!(-1.25), "neutral"),
+        (json!(0), "linear"),
+        (own, "linear"),
+    ] {
+        let mut keep = shot("shaded", 2);
+        (keep["exposure"], keep["tone"]) = (exposure.clone(), json!(tone));
+        let command = served.post("command", keep.clone()).json()["command"].clone();
+        let command = command.as_str().unwrap();
+        let is_plain = exposure == json!(0);
+        assert_eq!(command.contains("--exposure"), !is_plain, "{command}");
+        assert_eq!(command.contains("--tone"), tone == "neutral", "{command}");
+        room.ok(command.strip_prefix("phalanx ").unwrap());
+        let saved = served.post("save", keep);
+        let name = saved.header("Content-Disposition").split('"').nth(1);
+        assert!(room.bytes(name.unwrap()) == saved.body, "{command}");
+    }
+    for (name, wrong) in [("exposure", json!(101)), ("tone", json!("filmic"))] {
+        let mut request = frame("shaded", 0, 4);
+        request[name] = wrong;
+        assert_eq!(served.post("frame", request).status, 400, "{name}");
+    }
 }
