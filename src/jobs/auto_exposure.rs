@@ -101,3 +101,39 @@ fn luminance(planes: &[Vec<f32>], pixel: usize) -> f64 {
     let [r, g, b] = [0, 1, 2].map(|channel| f64::from(planes[channel][pixel]));
     0.2126 * r + 0.7152 * g + 0.0722 * b
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Five squares in a row: what is no light, matt, a mirror, the background, and black.
+    #[test]
+    fn squares_have_the_light_on_what_is_hit() {
+        let side = SQUARE as u32;
+        let mut film = Film::new(5 * side, side, true).with_aovs(Aovs::default().with(Aov::Albedo));
+        let mut hits = film.hits.take().unwrap_or_default();
+        for k in 0..film.planes[0].len() {
+            let (square, odd) = (k % (5 * SQUARE) / SQUARE, k % 2 == 0);
+            let light = match square {
+                0 if odd => [f32::NAN, f32::INFINITY, -1.0][k % 3],
+                0 | 1 => 0.25,
+                2 => 0.2,
+                3 => 1e30,
+                _ => 0.0,
+            };
+            let albedo = [0.5, 0.125, 0.01, 0.0, 0.5][square];
+            for channel in 0..3 {
+                film.planes[channel][k] = light;
+                film.aov_planes[channel][k] = albedo;
+            }
+            hits.prim_id[k] = if square == 3 { NO_HIT } else { 7 };
+        }
+        film.hits = Some(hits);
+        let lights: Vec<f32> = square_lights(&film).into_iter().map(f32::exp2).collect();
+        assert_eq!(lights.len(), 3, "{lights:?}");
+        assert!((0.3..0.5).contains(&lights[0]), "{lights:?}");
+        for (light, want) in lights[1..].iter().zip([2.0, 0.5]) {
+            assert!((light - want).abs() < 1e-5, "{lights:?}");
+        }
+    }
+}
