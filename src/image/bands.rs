@@ -157,7 +157,7 @@ impl Iterator for CheckedBands<'_> {
 mod tests {
     use super::*;
     use crate::description::Depth;
-    use crate::encoder::Exposure;
+    use crate::encoder::{Exposure, ToneCurve};
     use crate::header::PictureHeader;
     use phalanx_scene::film::{Aov, Aovs};
     use phalanx_scene::{OutputEncoding, Quantize, Transfer};
@@ -201,6 +201,7 @@ mod tests {
             origin: [0.0; 3],
             exposure: Exposure {
                 stops: 0.5,
+                curve: ToneCurve::Linear,
                 encoding: OutputEncoding {
                     transfer: Transfer::Srgb,
                     quantize: Quantize::Round,

@@ -65,22 +65,19 @@ const VISIBLE: f32 = 0.5 / 255.0 / 12.92;
 
 impl PictureFile {
     /// Radiance as the file shows it: on a screen, the dark is black, and all from 1 on is white.
-    pub fn shown(&self) -> impl Fn(f32) -> f32 + use<> {
-        let (gain, is_linear) = (self.exposure.stops.exp2(), self.format.is_linear());
-        move |radiance| match radiance * gain {
-            _ if is_linear => radiance,
-            shown if shown < VISIBLE => 0.0,
-            shown => shown.min(1.0),
-        }
+    pub fn shown(&self) -> impl Fn([f32; 3]) -> [f32; 3] + use<> {
+        let (map, is_linear) = (self.exposure.mapping(), self.format.is_linear());
+        let on_screen = |shown: f32| if shown < VISIBLE { 0.0 } else { shown.min(1.0) };
+        move |radiance| if is_linear { radiance } else { map(radiance).map(on_screen) }
     }
 
     /// The colour that all pixels of a film show, if it is the same.
     pub fn even_color(&self, film: &Film) -> Option<[f32; 3]> {
-        let (planes, shown) = (film.planes.each_ref(), self.shown());
-        let color = planes.map(|plane| shown(*plane.first().unwrap_or(&0.0)));
-        let mut planes = planes.into_iter().zip(color);
-        let is_even = planes.all(|(plane, c)| plane.iter().all(|&p| shown(p) == c));
-        is_even.then_some(color)
+        let ([red, green, blue], shown) = (film.planes.each_ref(), self.shown());
+        let pixels = red.iter().zip(green).zip(blue);
+        let mut colors = pixels.map(|((&r, &g), &b)| shown([r, g, b]));
+        let color = colors.next().unwrap_or_default();
+        colors.all(|c| c == color).then_some(color)
     }
 }
 

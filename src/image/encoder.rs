@@ -1,12 +1,13 @@
 //! Linear radiance to samples of 8 or 16 bits.
 //!
-//! The steps are exposure, clamp to \[0, 1\] (NaN counts as 0), transfer, and quantisation. No step
-//! calls a power function per sample, or a function with results that depend on the build. Without
-//! a transfer the sample is `floor(255 c)` or `floor(255 c + 0.5)` in f32, each operation rounded
-//! on its own (65535 with 16 bits). With sRGB it is the number of thresholds at or below `c`. The
-//! thresholds are the inverse curve in f64 from the `libm` crate, whose results are the same
-//! everywhere.
+//! The steps are exposure, tone curve, clamp to \[0, 1\] (NaN counts as 0), transfer, and
+//! quantisation. No step calls a power function per sample, or a function with results that depend
+//! on the build. Without a transfer the sample is `floor(255 c)` or `floor(255 c + 0.5)` in f32,
+//! each operation rounded on its own (65535 with 16 bits). With sRGB it is the number of thresholds
+//! at or below `c`. The thresholds are the inverse curve in f64 from the `libm` crate, whose
+//! results are the same everywhere.
 
+use super::neutral::neutral;
 use phalanx_scene::film::Film;
 use phalanx_scene::sampling::srgb_to_linear;
 use phalanx_scene::{OutputEncoding, Quantize, Transfer};
@@ -39,12 +40,24 @@ impl Picture {
 /// picture is black or white.
 pub const MAX_EXPOSURE: f32 = 100.0;
 
-/// A tone after an exposure.
+/// Curve from exposed radiance to what a screen shows of it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ToneCurve {
+    /// None: values above 1 are white.
+    #[default]
+    Linear,
+    /// Khronos PBR Neutral.
+    Neutral,
+}
+
+/// An exposure, and what follows it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Exposure {
     /// Exposure in stops: radiance is multiplied by two to the power of it, rounded to f32.
     pub stops: f32,
-    /// Encoding after the exposure.
+    /// Curve after the exposure.
+    pub curve: ToneCurve,
+    /// Encoding after the curve.
     pub encoding: OutputEncoding,
 }
 
@@ -52,6 +65,7 @@ impl From<OutputEncoding> for Exposure {
     fn from(encoding: OutputEncoding) -> Exposure {
         Exposure {
             stops: 0.0,
+            curve: ToneCurve::Linear,
             encoding,
         }
     }
@@ -60,6 +74,15 @@ impl From<OutputEncoding> for Exposure {
 impl Exposure {
     fn gain(self) -> f32 {
         libm::exp2(self.stops.into()) as f32
+    }
+
+    /// The map from radiance to what the encoding gets: exposure and curve.
+    pub fn mapping(self) -> impl Fn([f32; 3]) -> [f32; 3] + use<> {
+        let gain = self.gain();
+        move |rgb| match self.curve {
+            ToneCurve::Linear => rgb.map(|c| c * gain),
+            ToneCurve::Neutral => neutral(rgb.map(|c| c * gain)),
+        }
     }
 }
 
@@ -129,8 +152,19 @@ fn interleave<S: Copy + Default>(
     let gain = exposure.gain();
     let mut rgb = vec![S::default(); 3 * red.len()];
     let pixels = rgb.as_chunks_mut::<3>().0.iter_mut();
-    for (((pixel, &r), &g), &b) in pixels.zip(red).zip(green).zip(blue) {
-        *pixel = [sample(r * gain), sample(g * gain), sample(b * gain)];
+    let pixels = pixels.zip(red).zip(green).zip(blue);
+    match exposure.curve {
+        ToneCurve::Linear => {
+            for (((pixel, &r), &g), &b) in pixels {
+                *pixel = [sample(r * gain), sample(g * gain), sample(b * gain)];
+            }
+        }
+        ToneCurve::Neutral => {
+            for (((pixel, &r), &g), &b) in pixels {
+                let [r, g, b] = neutral([r * gain, g * gain, b * gain]);
+                *pixel = [sample(r), sample(g), sample(b)];
+            }
+        }
     }
     rgb
 }
@@ -417,7 +451,7 @@ mod tests {
         let red = |exposure| {
             let grade = Exposure {
                 stops: exposure,
-                encoding: NONE_FLOOR,
+                ..NONE_FLOOR.into()
             };
             let rgb = encode(&film, grade).rgb;
             assert_eq!(rgb[1..3], [255, 0]);
@@ -429,6 +463,43 @@ mod tests {
         // The root of two times 51.
         assert_eq!(red(0.5)[1], 72);
         assert_eq!(red(30.0), [255; 3]);
+    }
+
+    #[test]
+    fn the_curve_comes_between_exposure_and_transfer() {
+        let odd = [f32::NAN, -1.0, f32::NEG_INFINITY];
+        let values = [0.02, 0.3, 0.7, 1.0, 4.0, f32::INFINITY]
+            .into_iter()
+            .chain(odd);
+        let red: Vec<f32> = values.collect();
+        let [green, blue] = [0.1, 0.4].map(|c| vec![c; red.len()]);
+        let planes = [&red[..], &green, &blue];
+        for encoding in [OutputEncoding::SRGB, NONE_FLOOR] {
+            let toned = Exposure {
+                stops: 1.5,
+                curve: ToneCurve::Neutral,
+                encoding,
+            };
+            let map = toned.mapping();
+            let mapped: Vec<_> = (0..red.len())
+                .map(|k| map([red[k], green[k], blue[k]]))
+                .collect();
+            let mapped = [0, 1, 2].map(|c| mapped.iter().map(|rgb| rgb[c]).collect::<Vec<_>>());
+            let (got, plain) = (Encoder::new(toned), Encoder::new(encoding.into()));
+            let mapped = mapped.each_ref().map(Vec::as_slice);
+            assert_eq!(got.rgb_8(planes), plain.rgb_8(mapped));
+            assert_eq!(got.rgb_16(planes), plain.rgb_16(mapped));
+            // What is no light is as black as without a curve.
+            let black = [
+                toned,
+                Exposure {
+                    curve: ToneCurve::Linear,
+                    ..toned
+                },
+            ]
+            .map(|exposure| Encoder::new(exposure).rgb_8([&odd, &odd, &odd]));
+            assert_eq!(black, [vec![0; 9], vec![0; 9]]);
+        }
     }
 
     /// The contract "same bytes on every build": these are the expected bits of the table.

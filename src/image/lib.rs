@@ -24,6 +24,7 @@ mod hdr_pfm;
 mod header;
 mod jpeg;
 mod layer_colors;
+mod neutral;
 mod png;
 mod read;
 mod straight_alpha;
@@ -38,7 +39,7 @@ pub use compare::{
     save_heat, save_side_by_side,
 };
 pub use description::{BAND_ROWS, Crop, Depth, PictureFile};
-pub use encoder::{Exposure, MAX_EXPOSURE, Picture, encode};
+pub use encoder::{Exposure, MAX_EXPOSURE, Picture, ToneCurve, encode};
 pub use error::{CompareError, DifferentSizes, PictureError};
 pub use false_color::{false_color, false_colors};
 pub use film_bits::{

@@ -1,8 +1,8 @@
 //! Samples of PNG files, with straight alpha if the film has that layer.
 //!
 //! In a film, alpha is associated: radiance is already weighted by it. In PNG it is straight ("PNG
-//! Specification (Third Edition)", 6.2), so colour is divided by alpha before exposure, clamp and
-//! transfer. Alpha itself gets neither exposure nor transfer.
+//! Specification (Third Edition)", 6.2), so colour is divided by alpha before exposure, tone
+//! curve, clamp and transfer. Alpha itself gets neither exposure nor transfer.
 
 use super::description::Depth;
 use super::encoder::{Encoder, linear_sample, unit};
@@ -75,7 +75,11 @@ mod tests {
             (0..3).for_each(|c| film.planes[c][k] = rgb[c]);
             film.aov_planes[0][k] = *a;
         }
-        Encoder::new(Exposure { stops, encoding }).png_samples(&film, 0..1, depth)
+        let exposure = Exposure {
+            stops,
+            ..encoding.into()
+        };
+        Encoder::new(exposure).png_samples(&film, 0..1, depth)
     }
 
     const FLOOR: OutputEncoding = OutputEncoding {

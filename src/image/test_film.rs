@@ -1,6 +1,6 @@
 //! A film for tests of formats that store radiance unchanged, and a file for one.
 
-use super::{Depth, Exposure, ImageFormat, PictureFile, PictureHeader};
+use super::{Depth, Exposure, ImageFormat, PictureFile, PictureHeader, ToneCurve};
 use phalanx_scene::OutputEncoding;
 use phalanx_scene::film::{Aovs, Film};
 
@@ -14,6 +14,7 @@ pub(super) const PLAIN_EXR: PictureFile = PictureFile {
     origin: [0.0; 3],
     exposure: Exposure {
         stops: 0.0,
+        curve: ToneCurve::Linear,
         encoding: OutputEncoding::LINEAR,
     },
     depth: Depth::Standard,

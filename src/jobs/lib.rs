@@ -12,6 +12,7 @@
 //! | `tile_record` | one tile of it, as bytes |
 //! | `recovery` | reading such a file, damaged or not |
 //! | `finished_pixels` | the set of finished pixels |
+//! | `auto_exposure` | the exposure that suits a picture |
 //! | `bands` | a window of the picture, band by band |
 //! | `open_bands` | bands that workers fill while those above them are taken |
 //! | `stored_tiles` | finished tiles on their way into the file and the thumbnail |
@@ -36,6 +37,7 @@
 //! from one is checked against the file's length and the picture's size before memory or time is
 //! spent on it. A plan cannot choose which files are written.
 
+mod auto_exposure;
 mod bands;
 
 mod field_error;
@@ -58,6 +60,7 @@ mod stored_tiles;
 mod tile_file;
 mod tile_record;
 
+pub use auto_exposure::measure_exposure;
 pub use bands::{BandStats, BandsError, bands, merge_bands, render_bands, render_to_file};
 pub use field_error::FieldError;
 pub use finished_frames::{FinishedFrames, FrameIdentity, FrameState};
@@ -69,6 +72,6 @@ pub use plan::{MAX_SHARDS, PlanError, PlannedWork, RenderPlan};
 pub use planned_frames::PlannedFrames;
 pub use render_key::{KeyDifference, RenderKey, SceneStamp};
 pub use sequence_plan::{MAX_FRAME, MAX_KEYFRAMES, PlannedCamera, SequencePlan, ShardBy};
-pub use spec::{EncodingSpec, PictureSpec, PixelSpec, SceneOverrides, ToneSpec};
+pub use spec::{EncodingSpec, ExposureSpec, PictureSpec, PixelSpec, SceneOverrides, ToneSpec};
 pub use stored_tiles::TileOutputs;
 pub use tile_file::TileFile;

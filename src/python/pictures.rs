@@ -10,7 +10,10 @@ use phalanx::film::{Aov, Aovs, Film};
 use phalanx::formats::{Overrides, override_scene};
 use phalanx::frame::{AccelRef, Control, Frame, Settings, render_with};
 use phalanx::glam::DVec3;
-use phalanx::scene::{FileView, ViewError, check_image_size};
+use phalanx::image::Exposure;
+use phalanx::jobs::spec::AsText;
+use phalanx::jobs::{ExposureSpec, measure_exposure};
+use phalanx::scene::{FileView, OutputEncoding, ViewError, check_image_size};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
@@ -56,12 +59,19 @@ impl PyScene {
     ///     name. Layers with one number per pixel are (height, width), those
     ///     of primitives and materials are int32.
     /// threads : int; 0 or None for one per CPU
+    /// exposure : float, or 'auto'
+    ///     Stops: the picture, without its layers, is multiplied by two to the
+    ///     power of them. 'auto' measures what suits it.
+    /// tone : 'linear' or 'neutral'
+    ///     Curve after the exposure, up to 1: Khronos PBR Neutral. For screens,
+    ///     the transfer of sRGB comes next.
     ///
-    /// These are the bits that `phalanx render` writes to an OpenEXR file.
+    /// Without the last two, these are the bits that `phalanx render` writes
+    /// to an OpenEXR file.
     /// Raises ValueError for an invalid size or layer, and for a camera with
     /// numbers that are not finite, without a direction, or whose axes are not
     /// perpendicular or mirror the picture; TypeError for another tuple.
-    #[pyo3(signature = (camera=None, size=None, spp=None, max_depth=None, aovs=None, threads=None))]
+    #[pyo3(signature = (camera=None, size=None, spp=None, max_depth=None, aovs=None, threads=None, exposure=None, tone="linear"))]
     #[expect(clippy::too_many_arguments, reason = "each is a keyword in Python")]
     fn render<'py>(
         &self,
@@ -72,13 +82,31 @@ impl PyScene {
         max_depth: Option<u32>,
         aovs: Option<Vec<String>>,
         threads: Option<i64>,
+        exposure: Option<Bound<'_, PyAny>>,
+        tone: &str,
     ) -> PyResult<Bound<'py, PyAny>> {
+        let curve = AsText::parse(tone).map_err(|why| value_error(format!("tone: {why}")))?;
+        let exposure = exposure.map_or(Ok(ExposureSpec::Stops(0.0)), |given| {
+            ExposureSpec::parse(&given.str()?.to_cow()?)
+                .map_err(|why| value_error(format!("exposure: {why}")))
+        })?;
         let layered = aovs.is_some();
         let names = aovs.unwrap_or_default();
         let layers = names.iter().map(|name| layer(name));
         let layers: Vec<Aov> = layers.collect::<PyResult<_>>()?;
         let requested = layers.iter().copied().fold(Aovs::default(), Aovs::with);
-        let frame = self.frame_of(py, (camera, size), spp, max_depth, (requested, threads))?;
+        let picture = (camera, size, exposure);
+        let (mut frame, stops) =
+            self.frame_of(py, picture, spp, max_depth, (requested, threads))?;
+        let exposure = Exposure {
+            stops,
+            curve: curve.0,
+            ..OutputEncoding::LINEAR.into()
+        };
+        let (map, [red, green, blue]) = (exposure.mapping(), &mut frame.film.planes);
+        for ((r, g), b) in red.iter_mut().zip(green).zip(blue) {
+            [*r, *g, *b] = map([*r, *g, *b]);
+        }
         let color = interleaved(py, &frame.film, &frame.film.planes)?;
         if !layered {
             return Ok(color);
@@ -123,7 +151,8 @@ impl PyScene {
         threads: Option<i64>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let requested = Aovs::default().with(Aov::Depth);
-        let frame = self.frame_of(py, (camera, size), Some(1), Some(0), (requested, threads))?;
+        let picture = (camera, size, ExposureSpec::Stops(0.0));
+        let (frame, _) = self.frame_of(py, picture, Some(1), Some(0), (requested, threads))?;
         plane(py, &frame.film, Aov::Depth)
     }
 }
@@ -132,11 +161,11 @@ impl PyScene {
     fn frame_of(
         &self,
         py: Python<'_>,
-        (camera, size): (Option<PyCamera<'_>>, Option<(u32, u32)>),
+        (camera, size, exposure): (Option<PyCamera<'_>>, Option<(u32, u32)>, ExposureSpec),
         spp: Option<u32>,
         max_depth: Option<u32>,
         (aovs, threads): (Aovs, Option<i64>),
-    ) -> PyResult<Frame> {
+    ) -> PyResult<(Frame, f32)> {
         let threads = crate::scene::thread_count(threads)?;
         let now = self.now(py);
         let bvh = now.tree(py)?;
@@ -149,7 +178,14 @@ impl PyScene {
         settings.sampling.spp = spp.unwrap_or(settings.sampling.spp);
         settings.max_depth = max_depth.unwrap_or(settings.max_depth);
         let control = Control::default();
-        let work = || render_with(&scene, AccelRef::Packets(&bvh), &settings, &control);
+        let work = || {
+            let tree = AccelRef::Packets(&bvh);
+            let stops = match exposure {
+                ExposureSpec::Stops(stops) => stops,
+                ExposureSpec::Auto => measure_exposure(&scene, tree, &settings, &control)?,
+            };
+            Ok((render_with(&scene, tree, &settings, &control)?, stops))
+        };
         stoppable(py, &control.stop, work)?.map_err(frame_error)
     }
 }

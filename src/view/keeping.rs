@@ -9,7 +9,7 @@ use phalanx::frame::{
 };
 use phalanx::image::{ImageFormat, false_color, png_bytes, write_bands};
 use phalanx::jobs::spec::{AsText, set_header};
-use phalanx::jobs::{EncodingSpec, PictureSpec};
+use phalanx::jobs::{EncodingSpec, PictureSpec, measure_exposure};
 use serde_json::json;
 use std::path::Path;
 
@@ -39,6 +39,19 @@ impl ViewedScene {
         }
         let command = spec.command(&self.scene, &self.free_name("", format), &more);
         Ok(PageAnswer::Json(json!({ "command": command })))
+    }
+
+    /// The exposure that suits a picture, in stops.
+    pub(super) fn exposure(
+        &self,
+        request: &KeepRequest,
+        control: &Control,
+    ) -> Result<PageAnswer, FrameError> {
+        let KeepRequest { shot, .. } = request;
+        let settings = self.settings(shot.mode, shot.size);
+        let tree = AccelRef::Packets(&self.bvh);
+        let stops = measure_exposure(&self.scene, tree, &settings, control)?;
+        Ok(PageAnswer::Json(json!({ "exposure": stops })))
     }
 
     /// The file that the command writes; the heat map, if that is what is seen. `film` is the

@@ -1,6 +1,8 @@
 //! Requests and answers as JSON. Positions are in the file's coordinates, in units of the file.
 
 use phalanx::frame::MAX_SPP;
+use phalanx::image::{MAX_EXPOSURE, ToneCurve};
+use phalanx::jobs::spec::AsText;
 use phalanx::scene::FileView;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -34,6 +36,9 @@ pub(super) struct Shot {
     pub(super) size: (u32, u32),
     #[serde(default = "shaded")]
     pub(super) mode: ViewMode,
+    /// Exposure in stops, and tone curve; `None` for those that the options give.
+    pub(super) exposure: Option<f32>,
+    pub(super) tone: Option<AsText<ToneCurve>>,
 }
 
 fn shaded() -> ViewMode {
@@ -105,6 +110,14 @@ pub(super) struct KeepRequest {
 }
 
 impl Shot {
+    /// Returns true if both have the same film: exposure and tone come after it.
+    pub(super) fn has_film_of(&self, other: &Shot) -> bool {
+        let Shot {
+            view, size, mode, ..
+        } = *other;
+        (view, size, mode) == (self.view, self.size, self.mode)
+    }
+
     pub(super) fn pixels(&self) -> u64 {
         u64::from(self.size.0) * u64::from(self.size.1)
     }
@@ -119,6 +132,14 @@ impl Shot {
         }
         if !(1..=MAX_SPP).contains(&samples) {
             return Err(format!("a picture has 1 to {MAX_SPP} samples a pixel"));
+        }
+        if self
+            .exposure
+            .is_some_and(|stops| stops.abs() > MAX_EXPOSURE)
+        {
+            return Err(format!(
+                "an exposure has -{MAX_EXPOSURE} to {MAX_EXPOSURE} stops"
+            ));
         }
         let checked = self.view.check();
         checked.map_err(|error| error.to_string())

@@ -31,6 +31,7 @@ pub(super) enum Task {
     Frame(FrameRequest),
     Pixel(PixelRequest),
     Command(KeepRequest),
+    Exposure(KeepRequest),
     Save(KeepRequest),
 }
 
@@ -40,7 +41,9 @@ impl Task {
         match self {
             Task::Frame(request) => (&request.shot, request.samples),
             Task::Pixel(request) => (&request.shot, 1),
-            Task::Command(request) | Task::Save(request) => (&request.shot, request.samples),
+            Task::Command(request) | Task::Exposure(request) | Task::Save(request) => {
+                (&request.shot, request.samples)
+            }
         }
     }
 
@@ -256,7 +259,7 @@ impl WaitingTask {
 
     /// Returns true for what takes little time, or must not wait for what takes more.
     fn is_urgent(&self) -> bool {
-        self.is_moving() || matches!(self.task, Task::Pixel(_) | Task::Command(_))
+        self.is_moving() || !matches!(self.task, Task::Frame(_) | Task::Save(_))
     }
 }
 
@@ -374,7 +377,7 @@ mod tests {
             match turn.task {
                 Task::Frame(_) => 'f',
                 Task::Pixel(_) => 'p',
-                Task::Command(_) => 'c',
+                Task::Command(_) | Task::Exposure(_) => 'c',
                 Task::Save(_) => 's',
             }
         });

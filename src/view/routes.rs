@@ -55,6 +55,7 @@ pub(super) fn respond(
         "frame" => parsed(request).map(Task::Frame),
         "pixel" => parsed(request).map(Task::Pixel),
         "command" => parsed(request).map(Task::Command),
+        "exposure" => parsed(request).map(Task::Exposure),
         "save" => parsed(request).map(Task::Save),
         _ => return Some(refusal(404, "there is nothing here")),
     };

@@ -85,7 +85,7 @@ impl<'q> PageTracer<'q> {
             let reason = format!("a picture of more than {most} pixels needs more memory");
             return Ok(Some(PageAnswer::Refused(reason)));
         }
-        if let Err(reason) = self.scene.look(&shot.view) {
+        if let Err(reason) = self.scene.look(shot) {
             return Ok(Some(PageAnswer::Refused(reason)));
         }
         match &turn.task {
@@ -93,6 +93,7 @@ impl<'q> PageTracer<'q> {
             Task::Frame(request) => self.still(turn, work, request),
             Task::Pixel(request) => self.scene.pixel(request).map(PageAnswer::Json).map(Some),
             Task::Command(request) => self.scene.command(request).map(Some),
+            Task::Exposure(request) => self.scene.exposure(request, &turn.control).map(Some),
             Task::Save(request) => self.save(turn, work, request),
         }
     }
@@ -145,7 +146,10 @@ impl<'q> PageTracer<'q> {
         shot: &Shot,
         ready: impl Fn(&StillFrame) -> bool,
     ) -> Result<Option<&'w mut StillFrame>, FrameError> {
-        let of_before = work.still.take().filter(|still| still.shot == *shot);
+        let of_before = work
+            .still
+            .take()
+            .filter(|still| still.shot.has_film_of(shot));
         let still = work.still.insert(of_before.unwrap_or_else(|| {
             let settings = self.scene.settings(shot.mode, shot.size);
             StillFrame::new(*shot, with_small_tiles(settings))

@@ -5,9 +5,10 @@ use glam::DVec3;
 use phalanx::Bvh;
 use phalanx::formats::DefaultLights;
 use phalanx::frame::{Integrator, Quality, Settings};
+use phalanx::image::ToneCurve;
 use phalanx::isa;
 use phalanx::jobs::spec::IntegratorName;
-use phalanx::jobs::{PictureSpec, PixelSpec};
+use phalanx::jobs::{EncodingSpec, ExposureSpec, PictureSpec, PixelSpec};
 use phalanx::scene::{FileView, Scene};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -43,7 +44,10 @@ pub struct ViewedFacts {
 pub struct ViewedScene {
     pub(super) scene: Scene,
     pub(super) bvh: Bvh,
+    /// The picture, with the exposure and the tone curve of the page that has its turn.
     pub(super) spec: PictureSpec,
+    /// The encoding that the options give.
+    encoding: EncodingSpec,
     settings: Settings,
     /// Most pixels of pictures at rest, all pages together.
     pub(super) most_pixels: u64,
@@ -75,6 +79,7 @@ impl ViewedScene {
             camera: scene.used_camera(),
             scene,
             bvh,
+            encoding: spec.encoding.clone(),
             spec,
             settings,
             most_pixels: facts.memory / PIXEL_BYTES,
@@ -83,10 +88,22 @@ impl ViewedScene {
         }
     }
 
-    /// Moves the camera, and the lights that follow it.
-    pub(super) fn look(&mut self, view: &FileView) -> Result<(), String> {
+    /// Takes a shot's exposure and tone curve, moves the camera, and the lights that follow it.
+    pub(super) fn look(&mut self, shot: &Shot) -> Result<(), String> {
+        let EncodingSpec {
+            exposure, curve, ..
+        } = &mut self.spec.encoding;
+        let stops = shot
+            .exposure
+            .map(ExposureSpec::Stops)
+            .or(self.encoding.exposure);
+        *exposure = stops.filter(|given| given.stops() != 0.0);
+        *curve = shot
+            .tone
+            .or(self.encoding.curve)
+            .filter(|curve| curve.0 != ToneCurve::Linear);
         let scene = &mut self.scene;
-        self.lights.move_camera(scene, scene.view_of(view));
+        self.lights.move_camera(scene, scene.view_of(&shot.view));
         scene.defaulted.view = false;
         scene.view.basis().map_err(|error| error.to_string())?;
         if scene.is_in_safe_range() {
@@ -164,6 +181,8 @@ impl ViewedScene {
             "most_pixels": self.most_pixels,
             "warning": self.warning(),
             "samples": self.spec.pixels.spp.unwrap_or(SAMPLES),
+            "exposure": self.encoding.exposure.map_or(0.0, ExposureSpec::stops),
+            "tone": self.encoding.curve.unwrap_or_default(),
         })
     }
 }

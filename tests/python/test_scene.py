@@ -1,5 +1,8 @@
 """What a scene is made of, and that it can be kept in a file."""
 
+import json
+import subprocess
+
 import numpy as np
 import pytest
 from conftest import CUBE_FACES, CUBE_VERTICES, rays_between
@@ -120,3 +123,33 @@ def test_pictures_have_the_size_that_was_asked_for(cube):
     assert layers["primitive"][10, 15] in (10, 11) and layers["primitive"][0, 0] == -1
     with pytest.raises(ValueError, match="layer"):
         cube.render(size=(8, 8), aovs=["smell"])
+
+
+def test_exposure_and_tone_come_after_the_light(cube, program, tmp_path):
+    camera = ((3, 2, 5), (0, 0, 0), (0, 1, 0), 40)
+    plain = cube.render(camera, (32, 24))
+    assert plain.max() > 0
+    np.testing.assert_array_equal(cube.render(camera, (32, 24), exposure=0), plain)
+    np.testing.assert_array_equal(cube.render(camera, (32, 24), exposure=-3), plain / 8)
+    toned = cube.render(camera, (32, 24), exposure=9.5, tone="neutral")
+    assert 0.9 < toned.max() <= 1 and (toned >= 0).all()
+    # What `auto` measures does not depend on the size, and is the program's.
+    auto = cube.render(camera, (32, 24), exposure="auto")
+    lit = plain > 0
+    ratios = auto[lit] / plain[lit]
+    np.testing.assert_allclose(ratios, ratios[0], rtol=1e-6)
+    corners = "".join(f"v {x} {y} {z}\n" for x, y, z in CUBE_VERTICES)
+    faces = "".join(f"f {a + 1} {b + 1} {c + 1}\n" for a, b, c in CUBE_FACES)
+    path = tmp_path / "cube.obj"
+    path.write_text(corners + faces)
+    scene = phalanx.Scene.load(path)
+    gains = [scene.render(size=size, spp=1, exposure="auto").max() / scene.render(size=size, spp=1).max()
+             for size in ((64, 48), (400, 300))]
+    command = [program, "render", path, "-o", tmp_path / "a.png", "--size", "64x48", "--exposure", "auto", "--json"]
+    told = json.loads(subprocess.run(command, capture_output=True, check=True).stdout)
+    np.testing.assert_allclose(gains, 2 ** told["image"]["exposure"], rtol=1e-6)
+    layers = cube.render(camera, (32, 24), aovs=["direct"], exposure=1)
+    np.testing.assert_array_equal(layers["direct"] * 2, layers["color"])
+    for wrong in ({"exposure": "bright"}, {"exposure": 101}, {"exposure": float("nan")}, {"exposure": [1]}, {"tone": "filmic"}):
+        with pytest.raises(ValueError, match="expected"):
+            cube.render(camera, **wrong)

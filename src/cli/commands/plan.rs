@@ -2,7 +2,7 @@
 
 use crate::cli::options::{
     FrameArgs, LONG_RENDERS, OUTPUT, SceneArgs, SceneInput, Sequence, TileArgs, WantedPicture,
-    name_parser, picture_file, read_keys,
+    exposure_row, name_parser, picture_file, read_keys, resolve_exposure,
 };
 use crate::cli::output::{
     self, CliError, Output, OutputFile, absolute_path, format_of, interrupt, lines,
@@ -13,8 +13,8 @@ use phalanx::formats::DefaultLights;
 use phalanx::frame::Settings;
 use phalanx::image::ImageFormat;
 use phalanx::jobs::{
-    EncodingSpec, KeyDifference, MAX_SHARDS, PixelSpec, PlannedCamera, PlannedFrames, PlannedWork,
-    RenderKey, RenderPlan, SequencePlan, ShardBy, kept_output,
+    EncodingSpec, ExposureSpec, KeyDifference, MAX_SHARDS, PixelSpec, PlannedCamera, PlannedFrames,
+    PlannedWork, RenderKey, RenderPlan, SequencePlan, ShardBy, kept_output,
 };
 use phalanx::open::standard_name;
 use phalanx::scene::{CameraPath, Scene, View};
@@ -71,6 +71,8 @@ struct PlanDocument<'a> {
     frames: Option<[u32; 2]>,
     /// Meaning of a shard of a sequence.
     shard_by: Option<ShardBy>,
+    /// The exposure in stops; `None` for 0.
+    exposure: Option<ExposureSpec>,
     /// All shards in Slurm's notation.
     array: String,
     /// The command that merges them.
@@ -94,18 +96,21 @@ pub fn run(args: &PlanArgs) -> Result<(), CliError> {
     interrupt::listen()?;
     refuse_special(&args.scene)?;
     let picture = args.frames.wanted(&args.pixels);
-    let scene_input = SceneInput::load(&args.scene, &args.scene_args, picture, 0)?;
-    let scene = &scene_input.scene;
-    let settings = args.pixels.settings(scene);
+    let mut scene_input = SceneInput::load(&args.scene, &args.scene_args, picture, 0)?;
+    let settings = args.pixels.settings(&scene_input.scene);
     let region = args.pixels.check_region(&settings);
     region.map_err(CliError::Usage)?;
     let name = match standard_name(&args.scene) {
         Some(name) => name.to_owned(),
         None => text(&absolute_path(&args.scene)?)?,
     };
-    let spec = (args.scene_args).picture(name, &args.pixels, &args.encoding)?;
+    let mut spec = (args.scene_args).picture(name, &args.pixels, &args.encoding)?;
     let output = text(&absolute_path(&args.output)?)?;
-    let target = picture_file(output.into(), format, &spec, scene)?;
+    let target = picture_file(output.into(), format, &spec, &scene_input.scene)?;
+    let sequence = args.frames.sequence(&scene_input.scene)?;
+    let (encoding, path) = (&mut spec.encoding, sequence.as_ref());
+    resolve_exposure(encoding, &mut scene_input, path, None, &settings)?;
+    let scene = &scene_input.scene;
     let spec = spec.resolve(scene);
     let header = spec.header(scene, false);
     let output = kept_output(&args.plan, &args.output)
@@ -117,7 +122,6 @@ pub fn run(args: &PlanArgs) -> Result<(), CliError> {
         tile: args.tiles.tile,
         max_memory: args.scene_args.max_memory,
     };
-    let sequence = args.frames.sequence(scene)?;
     let sequence = sequence.map(|sequence| sequence_plan(args, &sequence, scene));
     plan.sequence = sequence.transpose()?;
     plan.check()
@@ -203,6 +207,7 @@ fn print_plan(args: &PlanArgs, plan: &RenderPlan, picture: &Path) -> Result<(), 
         scene_hash: &plan.stamp.scene,
         frames: plan.sequence.as_ref().map(|sequence| sequence.frames),
         shard_by: (plan.sequence.as_ref()).map(|sequence| sequence.shard_by),
+        exposure: plan.spec.encoding.exposure,
         array,
         merge,
     };
@@ -225,6 +230,7 @@ impl Output for PlanDocument<'_> {
             };
             rows.push(("frames", format!("{first} to {last}, {shard}")));
         }
+        rows.extend(exposure_row(self.exposure));
         rows.extend([("render", render), ("merge", self.merge.clone())]);
         lines(&rows)
     }

@@ -1,11 +1,13 @@
 //! `phalanx view`.
 
-use crate::cli::options::{OUTPUT, SceneArgs, SceneInput, TreeArgs, WantedPicture, WorkArgs};
+use crate::cli::options::{
+    OUTPUT, SceneArgs, SceneInput, TreeArgs, WantedPicture, WorkArgs, resolve_exposure,
+};
 use crate::cli::output::{self, CliError, interrupt, is_dash};
 use crate::view::{MAX_PIXELS, PIXEL_BYTES, Server, ServerError, ViewedFacts, ViewedScene};
 use clap::Args;
 use phalanx::files::shown_path;
-use phalanx::frame::Engine;
+use phalanx::frame::{AccelRef, Engine};
 use phalanx::jobs::{EncodingSpec, PixelSpec};
 use phalanx::open::standard_name;
 use phalanx::standard::parse_spec;
@@ -128,7 +130,9 @@ fn load(args: &ViewArgs, server: &Server) -> Result<ViewedScene, CliError> {
     // Many frames will use it.
     bvh.build_wide(settings.threads);
     let name = name.to_string_lossy();
-    let spec = (args.scene_args).picture(name, &args.pixels, &args.encoding)?;
+    let mut spec = (args.scene_args).picture(name, &args.pixels, &args.encoding)?;
+    let tree = Some(AccelRef::Packets(&bvh));
+    resolve_exposure(&mut spec.encoding, &mut input, None, tree, &settings)?;
     let facts = ViewedFacts {
         memory: memory.unwrap_or(PICTURES),
         quality: args.tree.quality,

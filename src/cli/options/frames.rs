@@ -50,6 +50,8 @@ fn parse_frames(text: &str) -> Result<RangeInclusive<u32>, String> {
 /// A requested sequence.
 pub struct Sequence {
     pub frames: RangeInclusive<u32>,
+    /// The first frame of the path.
+    pub first: u32,
     /// The camera's path.
     pub path: CameraPath,
 }
@@ -100,8 +102,11 @@ impl FrameArgs {
             (None, Some(frames)) => (CameraPath::Turntable { frames }, 0..=frames - 1),
             (None, None) => return Ok(None),
         };
-        let frames = self.frames.clone().unwrap_or(all);
-        Ok(Some(Sequence { frames, path }))
+        Ok(Some(Sequence {
+            first: *all.start(),
+            frames: self.frames.clone().unwrap_or(all),
+            path,
+        }))
     }
 }
 

@@ -1,5 +1,6 @@
 //! Options shared by several commands, and the scene that they open.
 
+mod auto_exposure;
 mod budget;
 #[allow(unsafe_code, reason = "a signal handler has no safe name")]
 mod bus_error;
@@ -16,6 +17,7 @@ mod scene_input;
 mod tolerance;
 mod work_args;
 
+pub use auto_exposure::{exposure_row, resolve_exposure};
 pub use budget::film_bytes;
 pub use deferred::Deferred;
 pub use format_args::ending_of;

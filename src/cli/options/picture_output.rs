@@ -19,6 +19,7 @@ pub fn picture_file(
     let (encoding, tone) = (&spec.encoding, &spec.encoding.tone);
     let options = [
         ("--exposure", encoding.exposure.is_some()),
+        ("--tone", encoding.curve.is_some()),
         ("--transfer", tone.transfer.is_some()),
         ("--quantize", tone.quantize.is_some()),
     ];

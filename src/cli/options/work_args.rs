@@ -10,7 +10,7 @@ use phalanx::jobs::spec::parse_number;
 use phalanx::thread_count;
 
 /// Options for building the packet engine's BVH.
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 #[command(next_help_heading = MACHINE)]
 pub struct TreeArgs {
     /// BVH quality: fast, medium (default) or best

@@ -3,7 +3,7 @@
 
 use super::super::bands::save_bands;
 use super::super::description::{Depth, PictureFile};
-use super::super::encoder::{Exposure, Picture};
+use super::super::encoder::{Exposure, Picture, ToneCurve};
 use super::super::error::CompareError;
 use super::super::format::ImageFormat;
 use super::super::png::save_png;
@@ -63,6 +63,7 @@ fn save(folder: &TempDir, name: &str, film: Film) -> PathBuf {
         origin: [0.0; 3],
         exposure: Exposure {
             stops: 0.0,
+            curve: ToneCurve::Linear,
             encoding: OutputEncoding::LINEAR,
         },
         depth: match format {

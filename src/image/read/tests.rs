@@ -2,7 +2,7 @@
 
 use super::super::bands::save_bands;
 use super::super::description::{Crop, Depth, PictureFile};
-use super::super::encoder::{Exposure, Picture};
+use super::super::encoder::{Exposure, Picture, ToneCurve};
 use super::super::error::PictureError;
 use super::super::format::ImageFormat;
 use super::super::png::save_png;
@@ -112,6 +112,7 @@ fn saved(folder: &Path, name: &str) -> PathBuf {
         origin: [0.0; 3],
         exposure: Exposure {
             stops: 0.0,
+            curve: ToneCurve::Linear,
             encoding: OutputEncoding::SRGB,
         },
         depth: match format {

@@ -4,6 +4,7 @@ use super::super::planned_frames::PlannedFrames;
 use super::super::sequence_plan::{PlannedCamera, ShardBy};
 use super::tests::plan;
 use super::*;
+use crate::spec::ExposureSpec;
 use phalanx_scene::{CameraKey, CameraPath, Scene, View};
 use serde_json::json;
 
@@ -93,7 +94,7 @@ fn a_plan_that_is_read_again_has_the_views_that_were_planned() {
         other.output = "in/b.png".into();
         let identity = |plan: &RenderPlan, frame| PlannedFrames::of(plan).identity(frame).unwrap();
         assert_eq!(identity(&other, 3), identities[3]);
-        other.spec.encoding.exposure = Some(0.25);
+        other.spec.encoding.exposure = Some(ExposureSpec::Stops(0.25));
         assert_ne!(identity(&other, 3), identities[3]);
         let mut other = made.clone();
         other.output = "b.pfm".into();

@@ -146,6 +146,8 @@ fn what_is_no_plan_is_refused() {
         ("/spec/pixels/min_weight", json!(1e39)),
         ("/spec/encoding/bits", json!(264)),
         ("/spec/encoding/exposure", json!("1")),
+        ("/spec/encoding/exposure", json!("auto")),
+        ("/spec/encoding/curve", json!("filmic")),
         ("/spec/overrides/light", json!("1,2,3")),
         ("/spec/overrides/light", json!(["1,2"])),
         ("/spec/overrides/camera", json!(["1,2,3"])),

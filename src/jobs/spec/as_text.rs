@@ -1,6 +1,7 @@
 //! Values of options that plans, keys and commands have as text.
 
 use super::numbers::parse_number;
+use phalanx_image::ToneCurve;
 use phalanx_render::frame::Filter;
 use phalanx_scene::film::{Aov, Aovs};
 use phalanx_scene::{Quantize, Transfer, UpAxis};
@@ -95,6 +96,13 @@ impl Named for Transfer {
 impl Named for Quantize {
     const NAMES: &'static [(&'static str, Quantize)] =
         &[("floor", Quantize::Floor), ("round", Quantize::Round)];
+}
+
+impl Named for ToneCurve {
+    const NAMES: &'static [(&'static str, ToneCurve)] = &[
+        ("linear", ToneCurve::Linear),
+        ("neutral", ToneCurve::Neutral),
+    ];
 }
 
 /// Value of `--aov` for all layers except alpha and cost.

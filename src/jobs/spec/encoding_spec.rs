@@ -5,14 +5,13 @@ use super::as_text::AsText;
 use super::as_text::names;
 #[cfg(feature = "clap")]
 use super::headings;
-#[cfg(feature = "clap")]
 use super::numbers::parse_number;
 use super::option_row::OptionForm::{Attached, Words};
-use super::option_row::OptionRow;
+use super::option_row::{OptionRow, unless_default};
 use crate::field_error::FieldError;
 #[cfg(feature = "clap")]
 use clap::builder::PossibleValue;
-use phalanx_image::{Depth, Exposure, MAX_EXPOSURE};
+use phalanx_image::{Depth, Exposure, MAX_EXPOSURE, ToneCurve};
 use phalanx_scene::{OutputEncoding, Quantize, Transfer};
 use serde::{Deserialize, Serialize};
 
@@ -29,6 +28,41 @@ pub struct ToneSpec {
     pub quantize: Option<AsText<Quantize>>,
 }
 
+/// An exposure, as commands give it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum ExposureSpec {
+    /// In stops.
+    Stops(f32),
+    /// To be measured before the picture is rendered; see
+    /// [`measure_exposure`](crate::measure_exposure). Files have the stops that were measured.
+    #[serde(skip)]
+    Auto,
+}
+
+impl ExposureSpec {
+    /// Parses an exposure: auto, or a number of stops.
+    ///
+    /// # Errors
+    /// The expected values.
+    pub fn parse(text: &str) -> Result<ExposureSpec, String> {
+        if text == "auto" {
+            return Ok(ExposureSpec::Auto);
+        }
+        let expected = format!("auto, or stops from -{MAX_EXPOSURE} to {MAX_EXPOSURE}, as in 0.5");
+        let stops = parse_number(text, |stops: &f32| stops.abs() <= MAX_EXPOSURE, expected);
+        stops.map(ExposureSpec::Stops)
+    }
+
+    /// The stops: 0 until an automatic exposure has been measured.
+    pub fn stops(self) -> f32 {
+        match self {
+            ExposureSpec::Stops(stops) => stops,
+            ExposureSpec::Auto => 0.0,
+        }
+    }
+}
+
 /// All options for the samples of a picture's file.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -37,11 +71,21 @@ pub struct EncodingSpec {
     /// The tone.
     #[cfg_attr(feature = "clap", command(flatten))]
     pub tone: ToneSpec,
-    /// Exposure of PNG and JPEG output, in stops
+    /// Exposure of PNG and JPEG output: stops, or auto
     ///
-    /// Positive values brighten, negative ones darken, as in --exposure=-1.5. [default: 0]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "STOPS", hide_short_help = true, value_parser = parse_exposure))]
-    pub exposure: Option<f32>,
+    /// Positive values brighten, negative ones darken, as in --exposure=-1.5. auto makes well lit
+    /// surfaces show their own colour: it measures the light on all that is visible, in a small
+    /// picture of the whole frame. All frames of a sequence have the exposure of its first, and
+    /// reports and headers tell the stops. [default: 0]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "STOPS|auto", hide_short_help = true, value_parser = ExposureSpec::parse))]
+    pub exposure: Option<ExposureSpec>,
+    /// Tone curve of PNG and JPEG: linear (default) or neutral
+    ///
+    /// linear cuts off what is brighter than white. neutral (Khronos PBR Neutral) keeps highlights
+    /// below white and the base colours of materials as they are. It is applied after the exposure.
+    /// [default: linear]
+    #[cfg_attr(feature = "clap", arg(long = "tone", value_name = "NAME", hide_short_help = true, hide_possible_values = true, value_parser = names::<ToneCurve>(["linear", "neutral"])))]
+    pub curve: Option<AsText<ToneCurve>>,
     /// Bits per sample: PNG 8 (default) or 16, EXR 32 (default) or 16
     ///
     /// With 16, OpenEXR output has half floats for R, G, B, A, albedo, direct, reflection and
@@ -49,12 +93,6 @@ pub struct EncodingSpec {
     /// layers keep 32 bits. [default: 8 for PNG, 32 for OpenEXR]
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", hide_short_help = true, value_parser = parse_bits))]
     pub bits: Option<u8>,
-}
-
-#[cfg(feature = "clap")]
-fn parse_exposure(text: &str) -> Result<f32, String> {
-    let expected = format!("stops from -{MAX_EXPOSURE} to {MAX_EXPOSURE}, as in 0.5");
-    parse_number(text, |stops: &f32| stops.abs() <= MAX_EXPOSURE, expected)
 }
 
 #[cfg(feature = "clap")]
@@ -90,15 +128,21 @@ impl EncodingSpec {
     pub fn of(exposure: Exposure, depth: Depth) -> EncodingSpec {
         EncodingSpec {
             tone: ToneSpec::of(exposure.encoding),
-            exposure: Some(exposure.stops).filter(|stops| *stops != 0.0),
+            exposure: (exposure.stops != 0.0).then_some(ExposureSpec::Stops(exposure.stops)),
+            curve: unless_default(Some(AsText(exposure.curve))),
             bits: (depth == Depth::Sixteen).then_some(16),
         }
+    }
+
+    fn stops(&self) -> f32 {
+        self.exposure.map_or(0.0, ExposureSpec::stops)
     }
 
     /// The exposure, for a scene with this encoding.
     pub fn exposure(&self, scene: OutputEncoding) -> Exposure {
         Exposure {
-            stops: self.exposure.unwrap_or(0.0),
+            stops: self.stops(),
+            curve: self.curve.unwrap_or_default().0,
             encoding: self.tone.encoding(scene),
         }
     }
@@ -113,12 +157,13 @@ impl EncodingSpec {
 
     /// The options in the order of commands.
     pub(super) fn rows(&self) -> Vec<OptionRow> {
-        let exposure = self.exposure.map(|stops| stops.to_string());
+        let exposure = self.exposure.map(|exposure| exposure.stops().to_string());
         vec![
             OptionRow::new("transfer", Words, &self.tone.transfer),
             OptionRow::new("quantize", Words, &self.tone.quantize),
             OptionRow::new("bits", Words, &self.bits),
             OptionRow::new("exposure", Attached, &exposure),
+            OptionRow::new("tone", Words, &self.curve),
         ]
     }
 
@@ -136,7 +181,7 @@ impl EncodingSpec {
             let field = format!("encoding.{option}");
             Err(FieldError::new(field, value, expected))
         };
-        let stops = self.exposure.unwrap_or(0.0);
+        let stops = self.stops();
         if !(-MAX_EXPOSURE..=MAX_EXPOSURE).contains(&stops) {
             let range = format!("stops from -{MAX_EXPOSURE} to {MAX_EXPOSURE}");
             return wrong("exposure", stops.to_string(), &range);

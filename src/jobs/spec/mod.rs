@@ -14,7 +14,7 @@ mod pixel_spec;
 mod scene_overrides;
 
 pub use as_text::{AsText, Named, OptionValue};
-pub use encoding_spec::{EncodingSpec, ToneSpec};
+pub use encoding_spec::{EncodingSpec, ExposureSpec, ToneSpec};
 #[doc(hidden)]
 pub use numbers::{parse_number, parse_size};
 pub(crate) use option_row::OptionRow;

@@ -174,7 +174,7 @@ pixel_options! {
     ///
     /// In the scene's units. Anything out of focus is blurred; a higher --spp reduces the noise.
     /// [default: pinhole]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "DIAMETER", help_heading = headings::CAMERA, requires = "focus", value_parser = parse_aperture))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "DIAMETER", hide_short_help = true, help_heading = headings::CAMERA, requires = "focus", value_parser = parse_aperture))]
     aperture: Option<f32>, 100, Words,
         |s| s.lens.map(|lens| lens.aperture),
         sets |o, s| {
@@ -185,7 +185,7 @@ pixel_options! {
     /// Focus distance, for depth of field
     ///
     /// Distance of the plane in focus along the viewing direction, in the scene's units.
-    #[cfg_attr(feature = "clap", arg(long, value_name = "DISTANCE", help_heading = headings::CAMERA, requires = "aperture", value_parser = parse_distance))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "DISTANCE", hide_short_help = true, help_heading = headings::CAMERA, requires = "aperture", value_parser = parse_distance))]
     focus: Option<f32>, 110, Words,
         |s| s.lens.map(|lens| lens.focus),
         limited to parse_distance;

@@ -98,6 +98,8 @@ class Scene:
         max_depth: int | None = None,
         aovs: None = None,
         threads: int | None = None,
+        exposure: float | Literal["auto"] | None = None,
+        tone: Literal["linear", "neutral"] = "linear",
     ) -> NDArray[np.float32]: ...
     @overload
     def render(
@@ -109,6 +111,8 @@ class Scene:
         *,
         aovs: list[str],
         threads: int | None = None,
+        exposure: float | Literal["auto"] | None = None,
+        tone: Literal["linear", "neutral"] = "linear",
     ) -> dict[str, NDArray[np.float32] | NDArray[np.int32]]: ...
     @overload
     def render(
@@ -119,6 +123,8 @@ class Scene:
         max_depth: int | None,
         aovs: list[str],
         threads: int | None = None,
+        exposure: float | Literal["auto"] | None = None,
+        tone: Literal["linear", "neutral"] = "linear",
     ) -> dict[str, NDArray[np.float32] | NDArray[np.int32]]: ...
     def camera(self, size: tuple[int, int] | None = None) -> _LookAt | _Parallel: ...
     def depth(

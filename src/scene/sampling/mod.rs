@@ -40,4 +40,4 @@ pub use sobol::{BounceKind, Dimension, child_seed, points, points_of, seeds};
 pub use srgb::{linear_of_srgb, share_of_byte, srgb_to_linear};
 pub use warps::{concentric_disk, cosine_hemisphere, phong_lobe, to_frame, uniform_sphere};
 
-pub use pow::{EXP2_COEFFICIENTS, LOG2_COEFFICIENTS, ROUND_MAGIC, SQRT_HALF_BITS, pow};
+pub use pow::{EXP2_COEFFICIENTS, LOG2_COEFFICIENTS, ROUND_MAGIC, SQRT_HALF_BITS, log2, pow};

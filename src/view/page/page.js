@@ -53,6 +53,12 @@ function setMode(mode) {
   show(app.view, null, true);
   announce(MODES[mode]);
 }
+// Changes what comes after the light: the samples stay.
+function expose(exposure, tone = app.tone) {
+  Object.assign(app, { exposure, tone });
+  show(app.view);
+  announce(`Exposure ${short(exposure)}, tone ${tone}`);
+}
 // What the buttons do.
 const ACTIONS = {
   all: () => move(framed(app.view, app.scene.bounds, aspect())),
@@ -62,6 +68,10 @@ const ACTIONS = {
   keys: () => $('help').showModal(),
   close: () => $('help').close(),
   toggle: () => ($('toggle').ariaExpanded = !($('panel').hidden = !$('panel').hidden)),
+  async meter() {
+    const stops = await ask(server.exposure(job(false)));
+    if (stops !== undefined) expose(stops);
+  },
   copy: () => copyCommand(false),
   save,
   link: () => copy(link(), 'Link'),
@@ -81,6 +91,10 @@ $('fov').onchange = () => (app.gesture = null);
 $('degrees').onchange = ({ target }) => {
   if (target.value && target.validity.valid) move({ ...app.view, fovy: target.valueAsNumber });
 };
+$('stops').onchange = ({ target }) => {
+  if (target.value && target.validity.valid) expose(target.valueAsNumber);
+};
+$('neutral').onchange = ({ target }) => expose(app.exposure, target.checked ? 'neutral' : 'linear');
 $('modes').onchange = (event) => setMode(event.target.value);
 $('axis').onchange = () => move(withUp(app.view, (app.axis = app.ups[$('axis').value])));
 $('camera').onchange = () => jump(app.views[$('camera').value]);
@@ -99,6 +113,7 @@ function readLink() {
 function begin(scene) {
   app.ups = { file: unit(scene.up), ...UP };
   app.views = { start: scene.view, ...scene.cameras.map(({ view }) => view) };
+  Object.assign(app, { exposure: scene.exposure, tone: scene.tone });
   Object.assign(app, { scene, axis: app.ups.file, view: readLink() ?? scene.view });
   buildPanels();
   [$('overlay').hidden, $('panel').hidden] = [true, false];

@@ -57,6 +57,8 @@ function showControls() {
   $('parallel').checked = view.ortho !== null;
   $('fov').value = $('degrees').value = Number(view.fovy.toFixed(2));
   for (const id of ['fov', 'degrees', 'add']) $(id).disabled = view.ortho !== null;
+  $('stops').value = app.exposure;
+  $('neutral').checked = app.tone === 'neutral';
   $(`mode-${app.mode}`).checked = true;
   $('undo').disabled = !app.past.length;
   $('redo').disabled = !app.future.length;

@@ -18,7 +18,7 @@ const latencies = []; // ms from recent inputs to their frames
 const waiting = []; // resolved when settled
 const pause = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
 const target = () => (['shaded', 'ao'].includes(app.mode) ? app.scene.samples : 1);
-const subject = () => ({ view: app.view, size: app.size, mode: app.mode });
+const subject = () => ({ view: app.view, size: app.size, mode: app.mode, exposure: app.exposure, tone: app.tone });
 const aspect = () => app.size[0] / app.size[1];
 const isResting = () => !flights.size && picture.version === picture.sent && !pointers.size;
 // The picture must change. `cause` is the time of the input; `afresh` drops what is on its way.

@@ -54,6 +54,7 @@ const server = (() => {
     state: async () => (await post('state')).json(),
     pixel: async (request) => (await post('pixel', request)).json(),
     command: async (request) => (await (await post('command', request)).json()).command,
+    exposure: async (request) => (await (await post('exposure', request)).json()).exposure,
     async save(request) {
       const response = await post('save', request);
       const name = /filename="([^"]+)"/.exec(response.headers.get('Content-Disposition') ?? '');

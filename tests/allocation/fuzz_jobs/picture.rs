@@ -4,8 +4,8 @@
 use phalanx::frame::{Accel, Aovs, Control, Engine, Settings};
 use phalanx::jobs::spec::AsText;
 use phalanx::jobs::{
-    PictureSpec, PlannedCamera, RenderKey, RenderPlan, SequencePlan, ShardBy, TileFile,
-    TileOutputs, merge_bands, render_bands, render_to_file,
+    ExposureSpec, PictureSpec, PlannedCamera, RenderKey, RenderPlan, SequencePlan, ShardBy,
+    TileFile, TileOutputs, merge_bands, render_bands, render_to_file,
 };
 use phalanx::render::Film;
 use phalanx::scene::{CameraKey, CameraPath, Scene};
@@ -80,7 +80,7 @@ impl FuzzedPicture {
             scene: "a.test".to_owned(),
             ..PictureSpec::default()
         };
-        spec.encoding.exposure = Some(0.5);
+        spec.encoding.exposure = Some(ExposureSpec::Stops(0.5));
         spec.overrides.light = vec![AsText::parse("1,2,3").unwrap()];
         let spec = spec.resolve(&self.scene);
         RenderPlan::new(spec, self.identity.clone(), "a.png".into(), shards)

@@ -146,6 +146,31 @@ impl OpenPage {
             .evaluate(&format!("document.getElementById('{button}').click()"));
     }
 
+    /// Measures the exposure, chooses the neutral tone, and then none of them.
+    fn expose(&mut self) {
+        let change = |id: &str, set: &str| {
+            format!(
+                "(() => {{ const e = document.getElementById('{id}'); e.{set}; \
+                 e.dispatchEvent(new Event('change', {{ bubbles: true }})); }})()"
+            )
+        };
+        let stops = "document.getElementById('stops').value";
+        self.browser.evaluate(&change("stops", "value = '-7'"));
+        self.press("meter");
+        self.until(&format!("{stops} !== '-7'"));
+        self.browser.evaluate(&change("neutral", "checked = true"));
+        self.rest();
+        self.shot("exposed");
+        self.keep();
+        let command = self
+            .browser
+            .evaluate("document.getElementById('text').value");
+        assert!(command.to_string().contains("--tone neutral"), "{command}");
+        self.browser.evaluate(&change("stops", "value = '0'"));
+        self.browser.evaluate(&change("neutral", "checked = false"));
+        self.rest();
+    }
+
     /// Saves the picture, and renders it by the command that the page gives.
     fn keep(&mut self) {
         let copied = "document.getElementById('text').value";
@@ -269,6 +294,7 @@ impl OpenPage {
         self.pin();
         self.moves("frame", |page| page.click((450.0, 320.0), 2));
         self.moves("frame all", |page| page.key("f", "KeyF"));
+        self.expose();
         for (k, mode) in [
             "ao",
             "normals",

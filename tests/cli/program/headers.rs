@@ -19,14 +19,14 @@ fn texts(bytes: &[u8]) -> (Vec<(String, String)>, Option<u32>) {
     (latin.chain(utf8).collect(), gamma)
 }
 
-pub(super) fn text(bytes: &[u8], keyword: &str) -> String {
+pub fn text(bytes: &[u8], keyword: &str) -> String {
     let (texts, _) = texts(bytes);
     let entry = texts.into_iter().find(|(other, _)| other == keyword);
     entry.unwrap_or_else(|| panic!("no {keyword}")).1
 }
 
 /// Runs the command stored in a picture, as a shell would, with another output name.
-pub(super) fn again(room: &TestFolder, command: &str, output: &str) {
+pub fn again(room: &TestFolder, command: &str, output: &str) {
     let program = env!("CARGO_BIN_EXE_phalanx");
     let line = command.replacen("phalanx", program, 1);
     let mut shell = std::process::Command::new("sh");
@@ -55,6 +55,14 @@ fn the_command_in_a_picture_makes_it_again() {
         (
             "--environment sky.pfm --environment-turn -30 --up z",
             "--up=z --environment=sky.pfm --environment-turn=-30",
+        ),
+        (
+            "--exposure=-.5 --tone neutral",
+            "--exposure=-0.5 --tone neutral",
+        ),
+        (
+            "--exposure auto --tone neutral --transfer srgb",
+            "--tone neutral",
         ),
         (
             "--camera 0.1,1,5 0,0,0 0,1,0 45 --light dir:1,2,3,.5,.25,1 --light 1,1,7 --background .1,.2,.3 \

@@ -7,6 +7,7 @@ mod compare;
 mod copied_commands;
 mod defaults;
 mod environments;
+mod exposure;
 mod formats;
 mod guide;
 mod headers;

@@ -48,7 +48,7 @@ fn render_json_is_one_document_with_the_promised_keys() {
         (Some("simd"), Some(2))
     );
     assert_eq!(json["isa"], phalanx::isa::compiled_level());
-    let image = serde_json::json!({"width": 33, "height": 17, "region": null, "frames": null, "path": "a.png"});
+    let image = serde_json::json!({"width": 33, "height": 17, "region": null, "frames": null, "exposure": null, "path": "a.png"});
     assert_eq!(json["image"], image);
     assert_eq!(json["scene"], "a.test");
     assert_eq!(json["rays"]["primary"], 33 * 17);

@@ -78,6 +78,18 @@ fn usage_errors_are_2() {
             "a.exr stores linear radiance",
         ),
         (
+            "render a.test -o a.exr --exposure auto",
+            "a.exr stores linear radiance",
+        ),
+        (
+            "plan a.test -o a.hdr --shards 2 --plan p.json --exposure auto",
+            "a.hdr stores linear radiance",
+        ),
+        (
+            "render a.test -o a.pfm --tone linear",
+            "--tone is for PNG and JPEG",
+        ),
+        (
             "render a.test -o a.pfm --transfer srgb",
             "--transfer is for PNG and JPEG",
         ),
@@ -111,7 +123,9 @@ fn usage_errors_are_2() {
             "at most 65535 pixels",
         ),
         ("render a.test --bits 12", "8, 16 or 32"),
-        ("render a.test --exposure bright", "stops"),
+        ("render a.test --exposure bright", "auto, or stops"),
+        ("render a.test --exposure 101", "stops from -100 to 100"),
+        ("render a.test --tone filmic", "neutral"),
         ("render a.test --spp 0", "1..=65536"),
         ("render a.test --filter gauss", "mitchell"),
         ("render a.test --aperture 0.1", "--focus <DISTANCE>"),

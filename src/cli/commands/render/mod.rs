@@ -12,7 +12,7 @@ mod shard_index;
 pub use args::RenderArgs;
 pub use interior::hint as interior_hint;
 
-use crate::cli::options::{SceneInput, Sequence, film_bytes, picture_file, stem};
+use crate::cli::options::{SceneInput, Sequence, film_bytes, picture_file, resolve_exposure, stem};
 use crate::cli::output::{self, CameraReport, CliError, MemoryStats, format_of, interrupt};
 use job::{Job, films_in_memory};
 use phalanx::files::{shown_path, shown_text};
@@ -65,9 +65,8 @@ fn picture(args: &RenderArgs, name: &Path) -> Result<(), CliError> {
         output::note("--light has no effect with --integrator ao");
     }
     let name_text = name.to_string_lossy();
-    let spec = (args.scene_args).picture(name_text, &args.pixels, &args.encoding)?;
-    let output = picture_file(path, format, &spec, scene)?;
-    let spec = spec.resolve(scene);
+    let mut spec = (args.scene_args).picture(name_text, &args.pixels, &args.encoding)?;
+    let mut output = picture_file(path, format, &spec, scene)?;
     let heatmap = heatmap::from_args(args.heat.as_deref(), &settings)?;
     if let Some(sequence) = &sequence {
         check_frames(args, sequence, &output.path, scene)?;
@@ -82,6 +81,12 @@ fn picture(args: &RenderArgs, name: &Path) -> Result<(), CliError> {
     let with_keys = args.frames.keyframes.is_some();
     let size = (settings.width, settings.height);
     let camera = (!with_keys).then(|| CameraReport::of(&scene_input.scene, size));
+    let (encoding, path) = (&mut spec.encoding, sequence.as_ref());
+    let accel = Some(prepared.accel());
+    resolve_exposure(encoding, &mut scene_input, path, accel, &settings)?;
+    let (exposure, scene) = (encoding.exposure, &scene_input.scene);
+    output.file.exposure = encoding.exposure(scene.encoding);
+    let spec = spec.resolve(scene);
     let job = Job {
         args,
         prepared: &prepared,
@@ -108,7 +113,7 @@ fn picture(args: &RenderArgs, name: &Path) -> Result<(), CliError> {
     };
     let film = films * film_bytes(&settings);
     let memory = MemoryStats::of(scene, &tree, film, scene_input.mapped_bytes);
-    let image = RenderImage::new(&settings, &output, sequence.as_ref());
+    let image = RenderImage::new(&settings, &output, sequence.as_ref(), exposure);
     let sizes = (tree, memory);
     let stats = &work.stats;
     let mut report = RenderDocument::new(name, scene, &settings, image, sizes, stats, seconds);

@@ -1,6 +1,6 @@
 //! Report of a render, as a table and as a JSON document.
 
-use crate::cli::options::Sequence;
+use crate::cli::options::{Sequence, exposure_row};
 use crate::cli::output::{
     self, CameraReport, MemoryStats, Output, OutputFile, PictureWindow, PrimitiveCounts,
     RenderSummary, TreeFigures, grouped, lines, mrays_per_s, origin_row, rays_by_kind,
@@ -8,6 +8,7 @@ use crate::cli::output::{
 };
 use phalanx::frame::{Engine, Settings, TreeStats};
 use phalanx::isa;
+use phalanx::jobs::ExposureSpec;
 use phalanx::render::{RayCounts, RenderStats};
 use phalanx::report::counted;
 use phalanx::scene::{Scene, Transfer};
@@ -74,6 +75,8 @@ pub struct RenderImage {
     frames: Option<[u32; 2]>,
     /// The picture's file, or that of the first frame.
     path: String,
+    /// The exposure in stops, if one was given or measured.
+    exposure: Option<ExposureSpec>,
     /// The file of the last frame of several.
     #[serde(skip)]
     last: Option<PathBuf>,
@@ -91,6 +94,7 @@ impl RenderImage {
         settings: &Settings,
         output: &OutputFile,
         sequence: Option<&Sequence>,
+        exposure: Option<ExposureSpec>,
     ) -> RenderImage {
         let (path, file) = (output.path.as_path(), &output.file);
         let frames = sequence.map(|s| [*s.frames.start(), *s.frames.end()]);
@@ -106,6 +110,7 @@ impl RenderImage {
             video: video.unwrap_or_default(),
             last: name(1).filter(|last| *last != first),
             path: first.to_string_lossy().into_owned(),
+            exposure,
             linear: !is_linear && file.exposure.encoding.transfer == Transfer::None,
         }
     }
@@ -213,6 +218,7 @@ impl Output for RenderDocument {
         let mut rows = vec![("scene", scene), ("speed", speed), ("written", written)];
         let made_up = self.camera.as_ref().filter(|camera| camera.is_made_up);
         rows.extend(made_up.map(CameraReport::row));
+        rows.extend(exposure_row(self.image.exposure));
         rows.extend(self.backs_row());
         rows.extend(self.last_rows());
         lines(&rows)
@@ -248,6 +254,7 @@ impl Output for RenderDocument {
         let mut after: Vec<_> = occupancy.into_iter().chain(self.backs_row()).collect();
         after.extend(self.memory.rows());
         after.push(("written", self.image.written()));
+        after.extend(exposure_row(self.image.exposure));
         after.extend(self.last_rows());
         format!("{}\n{}\n{}", lines(&rows), self.ray_table(), lines(&after))
     }
@@ -293,7 +300,7 @@ mod tests {
         let spec = PictureSpec::default().resolve(&scene);
         let output =
             OutputFile::for_picture("out.png".into(), ImageFormat::Png, &spec, scene.origin);
-        let image = RenderImage::new(&settings, &output.unwrap(), None);
+        let image = RenderImage::new(&settings, &output.unwrap(), None, None);
         let sizes = (stats, MemoryStats::of(&scene, &stats, 1 << 20, 0));
         let name = Path::new("a.test");
         RenderDocument::new(name, &scene, &settings, image, sizes, &work, seconds)
@@ -305,7 +312,7 @@ mod tests {
         assert_eq!(json["engine"], "simd");
         assert_eq!(json["isa"], isa::compiled_level());
         assert_eq!(json["threads"], 2);
-        let image = serde_json::json!({"width": 640, "height": 480, "region": null, "frames": null, "path": "out.png"});
+        let image = serde_json::json!({"width": 640, "height": 480, "region": null, "frames": null, "path": "out.png", "exposure": null});
         assert_eq!(json["image"], image);
         let seconds =
             serde_json::json!({"load": 0.25, "build": 0.125, "render": 0.5, "write": 0.0625});

@@ -46,7 +46,7 @@ impl EvenColor {
         let EvenColor::All(color, pixels) = self else {
             return None;
         };
-        let background = color == scene.background.to_array().map(file.shown());
+        let background = color == file.shown()(scene.background.to_array());
         let detail = pixels < MIN_PIXELS && outside(scene, scene.bounds(), size).is_none();
         // A part of a picture may well be a part of one surface.
         let part = pixels < size.0 as usize * size.1 as usize && !background && color != [0.0; 3];

@@ -1,0 +1,139 @@
+//! Automatic exposure, as by an incident light meter.
+//!
+//! A meter of reflected light makes white models grey and dark ones pale, because it cannot know
+//! what they reflect. Here the albedo is known: radiance divided by it is the light on a surface.
+//! The exposure brings the upper quartile of that light to [`KEY`], so that what is well lit shows
+//! its own colour, whatever the units of lamps. Shadows on three quarters of what is visible do not
+//! change it, nor do lamps on one quarter.
+
+use phalanx_image::MAX_EXPOSURE;
+use phalanx_render::Film;
+use phalanx_render::frame::{
+    AccelRef, Aov, Aovs, Control, FrameError, Integrator, Sampling, Settings, render_with,
+};
+use phalanx_scene::Scene;
+use phalanx_scene::film::NO_HIT;
+use phalanx_scene::sampling::log2;
+
+/// Longest side of the picture that is measured, in pixels, whatever the size of the other.
+const SIDE: u32 = 128;
+
+/// Side of the squares that light is averaged over, in pixels, because one sample is noisy.
+const SQUARE: usize = 4;
+
+/// Light at the upper quartile: √¾, that of a matt sphere lit from the camera by a light of 1.
+const KEY: f32 = 0.866;
+
+/// Albedo from which on it counts. Mirrors, glass and lamps have less, and count as [`GREY`].
+const LEAST_ALBEDO: f64 = 0.04;
+
+/// Albedo of surfaces without one: in the light of [`KEY`], the brighter quarter of a picture whose
+/// mean is middle grey.
+const GREY: f64 = 0.4;
+
+/// Steps of a stop that exposures are rounded to, so that they are short in commands.
+const STEPS: f64 = 64.0;
+
+/// Exposure in stops that suits a picture. It depends on the whole frame, not on the region or
+/// the samples of the settings, and is the same for every engine, kernel and number of threads.
+///
+/// The background does not count, nor do surfaces without any light. If nothing is left, or if the
+/// picture is ambient occlusion, which is no light, the exposure is 0.
+///
+/// # Errors
+/// Those of [`render_with`].
+pub fn measure_exposure(
+    scene: &Scene,
+    tree: AccelRef,
+    settings: &Settings,
+    control: &Control,
+) -> Result<f32, FrameError> {
+    if matches!(settings.integrator, Integrator::Occlusion { .. }) {
+        return Ok(0.0);
+    }
+    let longest = settings.width.max(settings.height).max(1);
+    let shrunk = |side: u32| (side * SIDE).div_ceil(longest);
+    let small = Settings {
+        width: shrunk(settings.width),
+        height: shrunk(settings.height),
+        region: None,
+        sampling: Sampling::CENTER,
+        aovs: Aovs::default().with(Aov::Albedo),
+        record_hits: true,
+        ..settings.clone()
+    };
+    let film = render_with(scene, tree, &small, control)?.film;
+    let mut lights = square_lights(&film);
+    lights.sort_by(f32::total_cmp);
+    let Some(quartile) = lights.get(lights.len() * 3 / 4) else {
+        return Ok(0.0);
+    };
+    let stops = f64::from(log2(KEY)) - f64::from(*quartile);
+    let most = f64::from(MAX_EXPOSURE);
+    // −0 becomes 0, so that it is shown as 0.
+    Ok(((stops * STEPS).round() / STEPS).clamp(-most, most) as f32 + 0.0)
+}
+
+/// Logarithms to base 2 of the light on the surfaces in each square of the film.
+fn square_lights(film: &Film) -> Vec<f32> {
+    let (width, rows) = (film.width as usize, film.height as usize);
+    let columns = width.div_ceil(SQUARE);
+    let mut sums = vec![[0.0, 0.0]; columns * rows.div_ceil(SQUARE)];
+    let hits = film.hits.iter().flat_map(|hits| &hits.prim_id);
+    for (k, _) in hits.enumerate().filter(|(_, prim)| **prim != NO_HIT) {
+        let radiance = luminance(&film.planes, k);
+        let albedo = luminance(film.layer(Aov::Albedo), k).min(1.0);
+        // Neither NaN nor infinite values say how much light there is.
+        if radiance.is_finite() {
+            let sum = &mut sums[k / width / SQUARE * columns + k % width / SQUARE];
+            let albedo = if albedo < LEAST_ALBEDO { GREY } else { albedo };
+            *sum = [sum[0] + radiance.max(0.0), sum[1] + albedo];
+        }
+    }
+    let lit = sums.iter().filter(|[radiance, _]| *radiance > 0.0);
+    let lights = lit.map(|[radiance, albedo]| (radiance / albedo) as f32);
+    let normal = lights.map(|light| light.clamp(f32::MIN_POSITIVE, f32::MAX));
+    normal.map(log2).collect()
+}
+
+/// Relative luminance of a pixel, by the primaries of sRGB.
+fn luminance(planes: &[Vec<f32>], pixel: usize) -> f64 {
+    let [r, g, b] = [0, 1, 2].map(|channel| f64::from(planes[channel][pixel]));
+    0.2126 * r + 0.7152 * g + 0.0722 * b
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Five squares in a row: what is no light, matt, a mirror, the background, and black.
+    #[test]
+    fn squares_have_the_light_on_what_is_hit() {
+        let side = SQUARE as u32;
+        let mut film = Film::new(5 * side, side, true).with_aovs(Aovs::default().with(Aov::Albedo));
+        let mut hits = film.hits.take().unwrap_or_default();
+        for k in 0..film.planes[0].len() {
+            let (square, odd) = (k % (5 * SQUARE) / SQUARE, k % 2 == 0);
+            let light = match square {
+                0 if odd => [f32::NAN, f32::INFINITY, -1.0][k % 3],
+                0 | 1 => 0.25,
+                2 => 0.2,
+                3 => 1e30,
+                _ => 0.0,
+            };
+            let albedo = [0.5, 0.125, 0.01, 0.0, 0.5][square];
+            for channel in 0..3 {
+                film.planes[channel][k] = light;
+                film.aov_planes[channel][k] = albedo;
+            }
+            hits.prim_id[k] = if square == 3 { NO_HIT } else { 7 };
+        }
+        film.hits = Some(hits);
+        let lights: Vec<f32> = square_lights(&film).into_iter().map(f32::exp2).collect();
+        assert_eq!(lights.len(), 3, "{lights:?}");
+        assert!((0.3..0.5).contains(&lights[0]), "{lights:?}");
+        for (light, want) in lights[1..].iter().zip([2.0, 0.5]) {
+            assert!((light - want).abs() < 1e-5, "{lights:?}");
+        }
+    }
+}
