@@ -141,12 +141,13 @@ fn triangles_of_strips_count_before_they_are_collected() {
 fn vertices_of_a_ply_count_before_their_columns_are_made() {
     let room = TestFolder::new();
     let properties = "property char x\nproperty char y\nproperty char z";
+    let face = "element face 1\nproperty list uchar uchar vertex_indices";
     let header = format!(
-        "ply\nformat binary_little_endian 1.0\nelement vertex 30000000\n{properties}\nend_header\n"
+        "ply\nformat binary_little_endian 1.0\n{face}\nelement vertex 30000000\n{properties}\nend_header\n"
     );
     let mut ply = fs::File::create(room.path().join("a.ply")).unwrap();
-    std::io::Write::write_all(&mut ply, header.as_bytes()).unwrap();
-    ply.set_len(header.len() as u64 + 90_000_000).unwrap();
+    std::io::Write::write_all(&mut ply, &[header.as_bytes(), &[3]].concat()).unwrap();
+    ply.set_len(header.len() as u64 + 90_000_004).unwrap();
     let parts = ["for the file's vertices", "allows 286.1 MiB"];
     refused_in_400_mb(&room, "info a.ply --max-memory 300M", 1, &parts);
     let peak = peak(&room, "a.ply", 490);
