@@ -123,7 +123,7 @@ pub struct SceneOverrides {
     ///
     /// Uses the file's camera of this name or, if there is none, of this number, counted from 0 as
     /// phalanx info lists them. [default: the first]
-    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME|NUMBER", hide_short_help = true, help_heading = headings::CAMERA, allow_hyphen_values = true, conflicts_with = "camera"))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "NAME|NUMBER", help_heading = headings::CAMERA, allow_hyphen_values = true, conflicts_with = "camera"))]
     pub camera_name: Option<String>,
     /// Up axis, if the file has no camera
     ///
