@@ -2,7 +2,9 @@
 
 use crate::memory::{MemoryLedger, OverLimit};
 use crate::read_scene::LoadError;
-use phalanx_image::{ImageFormat, PictureError, PictureLayout, PictureReader};
+use phalanx_image::{
+    ImageFormat, PictureChannel, PictureError, PictureLayout, PictureReader, SampleKind,
+};
 use phalanx_scene::{Column, EnvironmentMap, EnvironmentTexels, MAX_ENVIRONMENT_SIDE};
 use std::path::Path;
 
@@ -101,11 +103,14 @@ fn colors(layout: &PictureLayout) -> Result<[usize; 3], String> {
              sides are 1 to {MAX_ENVIRONMENT_SIDE}"
         ));
     }
-    let find = |name: &str| layout.channels.iter().position(|c| c.name == name);
+    let find = |name: &str| {
+        let is_it = |c: &PictureChannel| c.kind == SampleKind::Float && c.name == name;
+        layout.channels.iter().position(is_it)
+    };
     match (find("R"), find("G"), find("B"), find("Y")) {
         (Some(r), Some(g), Some(b), _) => Ok([r, g, b]),
         (_, _, _, Some(grey)) => Ok([grey; 3]),
-        _ => Err("it has no channels R, G and B".into()),
+        _ => Err("it has no channels R, G and B of floats".into()),
     }
 }
 

@@ -35,7 +35,7 @@ impl EnvironmentSource {
             }
             EnvironmentSource::File(path) => {
                 let read = read_environment(path, max_memory)?;
-                Ok((EnvironmentLight::Map(read.map), read.remark))
+                Ok((EnvironmentLight::Map(read.map.into()), read.remark))
             }
         }
     }

@@ -240,8 +240,12 @@ fn apply_overrides(scene: &mut Scene, overrides: &Overrides) {
     }
     if let Some(color) = overrides.background {
         scene.background = color;
-        scene.defaulted.sky = false;
-        scene.environment = None;
+        // A sky that was made up is only for want of a background.
+        if std::mem::take(&mut scene.defaulted.sky) {
+            scene.environment = None;
+        } else if let Some(environment) = &mut scene.environment {
+            environment.is_background = false;
+        }
     }
     if let Some(light) = &overrides.environment {
         scene.defaulted.sky = false;

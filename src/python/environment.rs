@@ -56,11 +56,12 @@ fn map(array: &Bound<'_, PyAny>) -> PyResult<EnvironmentLight> {
     let (rows, _) = floats.numbers()?.as_chunks();
     texels.extend(rows.iter().copied());
     let [width, height] = [width, height].map(|side| u32::try_from(side).unwrap_or(u32::MAX));
-    Ok(EnvironmentLight::Map(EnvironmentMap {
+    let map = EnvironmentMap {
         width,
         height,
         texels,
-    }))
+    };
+    Ok(EnvironmentLight::Map(map.into()))
 }
 
 #[pymethods]

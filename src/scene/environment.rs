@@ -5,6 +5,7 @@ use crate::sampling::turns;
 use crate::up_axis::UpAxis;
 use glam::{DVec3, Vec3};
 use half::f16;
+use std::sync::Arc;
 
 /// Maximum width and height of an environment's picture, in texels.
 pub const MAX_ENVIRONMENT_SIDE: u32 = 16_384;
@@ -35,8 +36,8 @@ pub enum EnvironmentLight {
         /// Radiance from straight above.
         zenith: Vec3,
     },
-    /// A picture.
-    Map(EnvironmentMap),
+    /// A picture, which clones of the light share: it may be large.
+    Map(Arc<EnvironmentMap>),
 }
 
 /// A picture of all directions, in equirectangular projection: its upper edge is the zenith, its
@@ -197,6 +198,9 @@ fn power(exponent: u8) -> f32 {
 /// Exponents, with their biases, of the unit of mantissas and of one over it, together.
 const POWERS_OF_MANTISSAS: u32 = 136 + 127;
 
+/// Exponent of infinity in single precision.
+const INFINITE_POWER: u32 = 255;
+
 /// 2⁻⁹, which makes a mantissa a share of its exponent's power.
 const MANTISSA: f32 = 1.0 / 512.0;
 
@@ -291,7 +295,8 @@ fn rgbe(rgb: [f32; 3]) -> Option<[u8; 4]> {
     // more than that of single precision.
     let exponent = (largest.to_bits() >> 23) + 2;
     // One over the unit of mantissas, which is a power of two, too; tiny numbers have none.
-    let per_unit = f32::from_bits(POWERS_OF_MANTISSAS.checked_sub(exponent)? << 23);
+    let of_unit = POWERS_OF_MANTISSAS.checked_sub(exponent)?;
+    let per_unit = f32::from_bits(of_unit.min(INFINITE_POWER) << 23);
     let (r, g, b) = (r * per_unit, g * per_unit, b * per_unit);
     let texel = [r as u8, g as u8, b as u8, exponent as u8];
     let is_exact = f32::from(texel[0]) == r && f32::from(texel[1]) == g && f32::from(texel[2]) == b;

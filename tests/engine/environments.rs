@@ -9,6 +9,7 @@ use phalanx::frame::{Accel, Aov, Engine, Integrator, Settings};
 use phalanx::scene::{
     Environment, EnvironmentLight, EnvironmentMap, EnvironmentTexels, Material, Scene, UpAxis,
 };
+use std::sync::Arc;
 
 /// An environment of any kind, placed anywhere.
 pub fn random_environment(rng: &mut Rng) -> Environment {
@@ -30,11 +31,11 @@ pub fn random_environment(rng: &mut Rng) -> Environment {
             .map(|_| [4.0, number(), number()])
             .collect();
         assert!(texels.extend(colors.into_iter()));
-        EnvironmentLight::Map(EnvironmentMap {
+        EnvironmentLight::Map(Arc::new(EnvironmentMap {
             width,
             height,
             texels,
-        })
+        }))
     };
     let up = UpAxis::ALL[rng.below(6)].1;
     let turn = f64::from(rng.range(-400.0, 400.0));
@@ -57,11 +58,11 @@ fn map_of(width: u32, height: u32, radiance: impl Fn(DVec3) -> Vec3) -> Environm
             assert!(texels.extend([radiance(dir).to_array()].into_iter()));
         }
     }
-    EnvironmentLight::Map(EnvironmentMap {
+    EnvironmentLight::Map(Arc::new(EnvironmentMap {
         width,
         height,
         texels,
-    })
+    }))
 }
 
 /// A map of directions as colours.

@@ -114,6 +114,24 @@ fn every_format_gives_the_same_radiance_in_the_least_room() {
 }
 
 #[test]
+fn the_dimmest_texels_are_not_lost() {
+    let room = Surroundings::new();
+    // Down to the smallest normal numbers, below which no decoder is asked for more.
+    for exponent in (3..=12).chain([0]) {
+        let mut hdr = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n".to_vec();
+        hdr.extend([200, 128, 0, exponent]);
+        let unit = if exponent > 0 { libm::exp2(f64::from(exponent) - 136.0) } else { 0.0 };
+        let rgb = [200.0, 128.0, 0.0].map(|mantissa| (mantissa * unit) as f32);
+        let pfm = room.write("a.pfm", pfm(1, &[rgb]));
+        for path in [room.write("a.hdr", hdr), pfm] {
+            let loaded = room.open(&path).expect("a map");
+            let texel = map(&loaded).texels.get(0).to_array();
+            assert_eq!(texel, rgb, "{} {exponent}", path.display());
+        }
+    }
+}
+
+#[test]
 fn what_no_half_holds_is_kept_as_floats() {
     let room = Surroundings::new();
     let mut rows = exact_rows(64, 80);
@@ -199,6 +217,21 @@ fn hostile_pictures_are_refused() {
     pictured(&png, ImageFormat::Png, Depth::Standard, 2, &[[0.5; 3]; 2]);
     let error = room.open(&png).expect_err("not linear");
     assert!(error.to_string().contains("linear radiance"), "{error}");
+    // Bits of integers are no floats.
+    let exr = room.path("integers.exr");
+    pictured(&exr, ImageFormat::Exr, Depth::Standard, 2, &[[0.5; 3]; 2]);
+    let mut bytes = std::fs::read(&exr).expect("a picture");
+    for name in *b"RGB" {
+        let float = [name, 0, 2, 0, 0, 0];
+        let place = bytes.windows(6).position(|six| six == float);
+        bytes[place.expect("a channel") + 2] = 0;
+    }
+    let error = room.open(&room.write("integers.exr", bytes));
+    let error = error.expect_err("integers").to_string();
+    assert!(
+        error.contains("no channels R, G and B of floats"),
+        "{error}"
+    );
     let error = room.open(&room.path("none.hdr")).expect_err("no file");
     assert!(matches!(error, LoadError::Io { .. }));
 }
@@ -220,6 +253,23 @@ fn memory_is_asked_for_before_it_is_used() {
             }) => assert_eq!(claimed, needed),
             other => panic!("{other:?}"),
         }
+    }
+}
+
+/// The largest are 3 GiB, which are counted once.
+#[test]
+fn a_map_is_in_memory_once() {
+    let room = Surroundings::new();
+    let path = room.write("a.pfm", pfm(64, &exact_rows(64, 64)));
+    let light = EnvironmentSource::File(path).light(None).expect("a map").0;
+    let mut options = Options::default();
+    options.look.environment = Some(light);
+    let loaded = load(&room.path("a.obj"), &options).expect("a scene");
+    let again = loaded.scene.clone();
+    let lights = [loaded.scene.environment, again.environment].map(|seen| seen.expect("one").light);
+    let given = options.look.environment.expect("one");
+    for light in lights {
+        assert_eq!(light.texel_bytes().as_ptr(), given.texel_bytes().as_ptr());
     }
 }
 

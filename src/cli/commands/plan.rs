@@ -9,9 +9,10 @@ use crate::cli::output::{
 };
 use clap::{Args, value_parser};
 use phalanx::files::{quoted_text, shell_path, shown_path};
-use phalanx::formats::DefaultLights;
+use phalanx::formats::{DefaultLights, EnvironmentSource};
 use phalanx::frame::Settings;
 use phalanx::image::ImageFormat;
+use phalanx::jobs::spec::AsText;
 use phalanx::jobs::{
     EncodingSpec, ExposureSpec, KeyDifference, MAX_SHARDS, PixelSpec, PlannedCamera, PlannedFrames,
     PlannedWork, RenderKey, RenderPlan, SequencePlan, ShardBy, kept_output,
@@ -105,6 +106,9 @@ pub fn run(args: &PlanArgs) -> Result<(), CliError> {
         None => text(&absolute_path(&args.scene)?)?,
     };
     let mut spec = (args.scene_args).picture(name, &args.pixels, &args.encoding)?;
+    if let Some(AsText(EnvironmentSource::File(path))) = &mut spec.overrides.environment {
+        *path = absolute_path(path)?;
+    }
     let output = text(&absolute_path(&args.output)?)?;
     let target = picture_file(output.into(), format, &spec, &scene_input.scene)?;
     let sequence = args.frames.sequence(&scene_input.scene)?;

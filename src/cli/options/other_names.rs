@@ -4,10 +4,11 @@ use clap::error::{ContextKind, ContextValue};
 use clap::{Arg, Command, Error};
 
 /// Options of other programs, and ours for the same purpose with its value.
-const OTHER_NAMES: [(&str, &str); 8] = [
+const OTHER_NAMES: [(&str, &str); 9] = [
     ("samples sample samples-per-pixel", "spp N"),
     ("width height resolution res", "size WxH"),
-    ("env environment envmap hdri sky bg", "background R,G,B"),
+    ("env envmap hdri sky", "environment ENV"),
+    ("bg", "background R,G,B"),
     (
         "fov eye from lookat look-at target",
         "camera FROM AT UP FOV",

@@ -31,19 +31,19 @@ pub(crate) fn finite_or_zero(position: [f32; 3]) -> [f32; 3] {
 
 /// Leaves out the faces with a vertex that is out of reach ([`is_in_reach`]), and warns of them.
 /// The triangles become points, so that all rows keep their numbers. Vertices beyond [`FARTHEST`]
-/// are kept if most are: then all of the scene is that large.
+/// are kept if most are: then all of the scene is that large. Returns those that are not kept.
 fn leave_out_unreachable(
     mut lost: Vec<NotFinite>,
     vertices: &mut Vec3s,
     chunks: &mut [Faces],
     report: &mut DiagnosticSink,
-) {
+) -> Vec<u32> {
     let is_far = |v: &NotFinite| !is_in_reach(vertices.get(v.number as usize).to_array());
     if 2 * lost.iter().filter(|v| is_far(v)).count() > vertices.len() {
         lost.retain(|v| !is_far(v));
     }
     let Some(first) = lost.first().map(|v| v.span) else {
-        return;
+        return Vec::new();
     };
     for vertex in &lost {
         let row = vertex.number as usize;
@@ -91,6 +91,7 @@ fn leave_out_unreachable(
         report.warning(span, message);
     }
     remarks.emit(report);
+    lost.iter().map(|vertex| vertex.number).collect()
 }
 
 /// Warns of normals that cannot be used.
@@ -131,7 +132,7 @@ pub(crate) struct MergedMesh {
     pub(crate) faces: [Vec<[u32; 3]>; 3],
     pub(crate) colors: MeshColors,
     pub(crate) material: MeshMaterial,
-    /// Vertices that are out of reach, ascending, if there are no faces.
+    /// Vertices that are out of reach, ascending.
     pub(crate) lost: Vec<u32>,
     /// Axes of `vertices` that are single-precision numbers in the file and have not been changed.
     pub(crate) single: [bool; 3],
@@ -144,12 +145,11 @@ impl PolygonMesh {
         threads: usize,
         report: &mut DiagnosticSink,
     ) -> MergedMesh {
-        let is_cloud = self.faces.iter().all(|faces| faces.len() == 0);
-        let bad = self.not_finite.iter().filter(|_| is_cloud);
-        let lost = bad.map(|vertex| vertex.number).collect();
+        let mut lost = Vec::new();
         // A file with errors has no triangles that are worth a remark.
         if report.is_clean() {
-            leave_out_unreachable(self.not_finite, &mut self.vertices, &mut self.faces, report);
+            lost =
+                leave_out_unreachable(self.not_finite, &mut self.vertices, &mut self.faces, report);
             warn_bad_normals(&self.bad_normals, report);
         }
         let cut = |mut faces: Faces| {

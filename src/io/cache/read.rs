@@ -166,7 +166,8 @@ impl Sections<'_> {
         let (name, section) = self.next();
         let is_there = match scene.environment.as_mut().map(|seen| &mut seen.light) {
             Some(EnvironmentLight::Map(map)) => {
-                self.mapping.map(map.texels.column_mut(), section.range())
+                let texels = &mut Arc::make_mut(map).texels;
+                self.mapping.map(texels.column_mut(), section.range())
             }
             _ => section.range().is_empty(),
         };

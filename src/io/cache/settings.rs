@@ -168,11 +168,12 @@ fn environment(bytes: &mut SettingsPass, from: Option<&Environment>) -> Option<E
     let light = match texels {
         Some(texels) => {
             let [width, height] = bytes.each(size, SettingsPass::word)?;
-            EnvironmentLight::Map(EnvironmentMap {
+            let map = EnvironmentMap {
                 width,
                 height,
                 texels,
-            })
+            };
+            EnvironmentLight::Map(map.into())
         }
         None => {
             let [nadir, zenith] = bytes.each(colors, SettingsPass::vec3)?;

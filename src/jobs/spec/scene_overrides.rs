@@ -76,7 +76,7 @@ pub struct SceneOverrides {
     /// Radius of points, if the file is a point cloud
     ///
     /// Radius of the spheres that are drawn for the points of a PLY or OBJ file without faces, in
-    /// its units. [default: the median distance between nearest neighbours]
+    /// its units. [default: 1.5 times the median distance between nearest neighbours]
     #[cfg_attr(feature = "clap", arg(long, value_name = "R", hide_short_help = true, value_parser = AsText::<PointRadius>::parse))]
     pub point_radius: Option<AsText<PointRadius>>,
     /// Show single-sided glTF materials from behind
@@ -384,7 +384,12 @@ impl OptionValue for EnvironmentSource {
         match self {
             EnvironmentSource::Sky => SKY.to_owned(),
             EnvironmentSource::Color(color) => color.text(),
-            EnvironmentSource::File(path) => path.display().to_string(),
+            EnvironmentSource::File(path) => {
+                let text = path.display().to_string();
+                // A file may have the name of a sky, or of a colour.
+                let is_file = matches!(Self::parse(&text), Ok(EnvironmentSource::File(_)));
+                if is_file { text } else { format!("./{text}") }
+            }
         }
     }
 }
@@ -605,6 +610,21 @@ mod tests {
         assert!(
             matches!(light, Ok(AddedLight::Point { position, .. }) if position.x == -4_012_345.1)
         );
+    }
+
+    #[test]
+    fn files_with_the_names_of_a_sky_and_of_a_colour_stay_files() {
+        for name in ["sky", "1,2,3", "-1", "1,2", "a/sky", "a.hdr"] {
+            let overrides = SceneOverrides {
+                environment: Some(AsText(EnvironmentSource::File(name.into()))),
+                ..SceneOverrides::default()
+            };
+            for kept in [overrides.clone(), overrides.without_folders()] {
+                let AsText(source) = kept.environment.unwrap();
+                let again = EnvironmentSource::parse(&source.text());
+                assert!(matches!(again, Ok(EnvironmentSource::File(_))), "{again:?}");
+            }
+        }
     }
 
     #[test]

@@ -84,7 +84,7 @@ fn the_poles_of_an_environment_count_by_their_share_of_the_sphere() {
         height: 4,
         texels,
     };
-    let mut environment = Environment::new(EnvironmentLight::Map(map), UpAxis::Y, 10.0);
+    let mut environment = Environment::new(EnvironmentLight::Map(map.into()), UpAxis::Y, 10.0);
     environment.scale = 4.0;
     let mut scene = Scene {
         environment: Some(environment),

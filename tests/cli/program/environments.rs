@@ -51,7 +51,11 @@ fn shards_caches_and_commands_make_the_same_picture() {
         &room,
         "plan balls.test --shards 3 -o four.png --plan p.json",
     );
-    for shard in 0..3 {
+    // Jobs run in folders of their own.
+    let mut elsewhere = room.command("render --plan ../p.json --shard 0");
+    let elsewhere = super::ran(elsewhere.current_dir(room.path().join("maps")));
+    assert_eq!(elsewhere.code, Some(0), "{}", elsewhere.stderr);
+    for shard in 1..3 {
         room.ok(&format!("render --plan p.json --shard {shard}"));
     }
     room.ok("merge p.json");
@@ -65,6 +69,10 @@ fn shards_caches_and_commands_make_the_same_picture() {
     assert!(bytes("cached.pfm") == bytes("read.pfm"));
     ok(&room, "render balls.phx -o again.pfm");
     assert!(bytes("again.pfm") == bytes("read.pfm"));
+    // A background hides it there, too, and leaves it to mirrors.
+    ok(&room, "render balls.test -o a.pfm --background .1,.2,.3");
+    room.ok("render balls.phx -o b.pfm --background .1,.2,.3");
+    assert!(bytes("a.pfm") == bytes("b.pfm") && bytes("a.pfm") != bytes("read.pfm"));
     room.ok("render balls.phx -o turned.pfm --environment-turn 10");
     assert!(bytes("turned.pfm") != bytes("read.pfm"));
     let frames = ok(

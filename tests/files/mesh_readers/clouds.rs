@@ -134,6 +134,16 @@ fn points_that_are_not_finite_are_left_out_with_their_colours() {
     assert_eq!(colors(&loaded.scene), colors(&clean.scene));
 }
 
+/// Nothing is out of reach of points that are all as far apart.
+#[test]
+fn points_of_enormous_units_are_a_cloud_and_those_without_a_place_are_not() {
+    let text = "v 0 0 0\nv 1e30 0 0\nv nan 0 0\nv 0 1e30 0\nv 0 0 1e30\n";
+    let loaded = read(text, ReadOptions::default()).expect("a cloud");
+    let spheres = spheres(&loaded.scene);
+    assert_eq!(spheres.len(), 4);
+    assert!(spheres.iter().all(|&(_, radius)| radius == spheres[0].1));
+}
+
 #[test]
 fn points_far_away_are_moved_and_count_against_the_limit() {
     let far = |k: u32| format!("v {} {} 0\n", 500_000.0 + 0.25 * f64::from(k), 4_000_000.5);
