@@ -24,7 +24,7 @@ pub fn frame_name(path: &Path, last: u32, frame: u32) -> PathBuf {
     path.with_file_name(name)
 }
 
-/// What comes before the number in the name of a frame, its digits, and what comes after it.
+/// Parts of a frame's name: the text before the number, the number's digits, and the text after.
 fn name_parts(path: &Path, last: u32) -> (OsString, usize, OsString) {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     if let Some((place, digits)) = number_place(&name) {

@@ -20,7 +20,7 @@ use phalanx_scene::{FileView, Material, OrthoHeight, Scene, UpAxis};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
-/// Most degrees of `--environment-turn`, either way.
+/// Limit on `--environment-turn` in either direction, in degrees.
 #[cfg(feature = "clap")]
 const MAX_TURN: f64 = 36_000.0;
 
@@ -36,10 +36,10 @@ pub struct SceneOverrides {
     /// 4,4,4 --light dir:-1,1,0,.2,.2,.3
     #[cfg_attr(feature = "clap", arg(long, value_name = "LIGHT", value_parser = AsText::<AddedLight>::parse, allow_hyphen_values = true))]
     pub light: Vec<AsText<AddedLight>>,
-    /// Lights at the camera, instead of the file's
+    /// Lights at the camera instead of the file's
     ///
-    /// Replaces the file's lights with the key light and the fill light of files that have none.
-    /// They move with the camera, also in sequences.
+    /// Replaces the file's lights with the default key light and fill light, which move with the
+    /// camera, in sequences too.
     #[cfg_attr(
         feature = "clap",
         arg(long, hide_short_help = true, conflicts_with = "light")
@@ -52,13 +52,13 @@ pub struct SceneOverrides {
     pub background: Option<AsText<Vec3>>,
     /// Environment: HDR, EXR or PFM file, sky, or R,G,B
     ///
-    /// Surroundings from infinitely far away: a picture of all directions in equirectangular
-    /// projection (Radiance HDR, OpenEXR or PFM), a sky that is dark below and bright above, or a
-    /// linear colour R,G,B. Seen behind the scene, unless --background is given, in mirrors and
-    /// through glass. Its zenith is the scene's up axis (see --up).
+    /// Infinitely distant surroundings: an equirectangular picture (Radiance HDR, OpenEXR or PFM),
+    /// a sky that is dark below and bright above, or a linear colour R,G,B. They show in mirrors,
+    /// through glass and, unless --background is given, behind the scene. The zenith is the
+    /// scene's up axis (see --up).
     #[cfg_attr(feature = "clap", arg(long, value_name = "ENV", value_parser = AsText::<EnvironmentSource>::parse))]
     pub environment: Option<AsText<EnvironmentSource>>,
-    /// Turn of the environment about the up axis
+    /// Rotation of the environment about the up axis
     ///
     /// In degrees, counter-clockwise as seen from above.
     #[cfg_attr(feature = "clap", arg(long, value_name = "DEGREES", hide_short_help = true, value_parser = parse_turn, allow_hyphen_values = true))]
@@ -72,14 +72,14 @@ pub struct SceneOverrides {
     pub material: Option<AsText<Material>>,
     /// Smooth surfaces where the file has no normals
     ///
-    /// Gives vertex normals to triangles of PLY, STL, OBJ and glTF files that have none. Edges of
-    /// more than ANGLE degrees stay sharp, as with --smooth=60. [default: all; 30 without ANGLE]
+    /// Adds vertex normals to triangles of PLY, STL, OBJ and glTF files that have none. Edges of
+    /// more than ANGLE degrees stay sharp, as with --smooth=60. [default: off; ANGLE: 30]
     #[cfg_attr(feature = "clap", arg(long, value_name = "ANGLE", num_args = 0..=1, require_equals = true, default_missing_value = "30", value_parser = AsText::<SmoothAngle>::parse))]
     pub smooth: Option<AsText<SmoothAngle>>,
     /// Radius of points, if the file is a point cloud
     ///
-    /// Radius of the spheres that are drawn for the points of a PLY or OBJ file without faces, in
-    /// its units. [default: the median distance between nearest neighbours]
+    /// Radius of the spheres drawn for the points of a PLY or OBJ file without faces, in the
+    /// file's units. [default: 1.5 times the median distance between nearest neighbours]
     #[cfg_attr(feature = "clap", arg(long, value_name = "R", hide_short_help = true, value_parser = AsText::<PointRadius>::parse))]
     pub point_radius: Option<AsText<PointRadius>>,
     /// Show single-sided glTF materials from behind
