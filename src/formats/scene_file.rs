@@ -201,7 +201,8 @@ fn smooth(
     let (triangles, objects) = (&mut read.scene.triangles, &read.objects);
     let threads = workers::thread_count(options.threads);
     let is_smooth = mesh::add_smooth_normals(triangles, objects, angle, threads, memory)?;
-    let note = "--smooth has no effect: every triangle has normals from the file, or edges sharper than its angle";
+    let note =
+        "--smooth has no effect: all triangles have normals in the file, or edges beyond its angle";
     Ok((!is_smooth).then(|| note.to_owned()))
 }
 
