@@ -8,28 +8,19 @@ use phalanx_image::{
 use phalanx_scene::{Column, EnvironmentMap, EnvironmentTexels, MAX_ENVIRONMENT_SIDE};
 use std::path::Path;
 
-/// Rows that are read at once: those of one block of most OpenEXR files, and else few, so that they
-/// stay in the caches.
+/// Rows per read: one block of most OpenEXR files, otherwise few enough to stay in the caches.
 fn band_rows(format: ImageFormat) -> u32 {
     if format == ImageFormat::Exr { 32 } else { 4 }
 }
 
-/// Radiance from which on a sample counts as infinite.
+/// Radiance at and above which a sample counts as infinite.
 const INFINITE: f32 = 1e30;
 /// Radiance of an infinite sample: the largest half, where most of them were cut off.
 const LARGEST: f32 = 65504.0;
 
-/// An environment's picture, with a remark on what was changed in it.
-#[derive(Debug)]
-pub struct ReadEnvironment {
-    /// The picture.
-    pub map: EnvironmentMap,
-    /// A remark on its shape or on samples that were changed.
-    pub remark: Option<String>,
-}
-
 /// Reads an environment, texels of which are stored as in the file where that is exact, and else as
-/// floats. Takes up to `max_memory` bytes; `None` sets no limit.
+/// floats. Takes up to `max_memory` bytes; `None` sets no limit. Returns a remark with it if its
+/// shape is unusual, or if samples were changed.
 ///
 /// # Errors
 /// [`LoadError::Io`], [`LoadError::Memory`], and [`LoadError::Options`] for a file that is no such
@@ -37,7 +28,7 @@ pub struct ReadEnvironment {
 pub fn read_environment(
     path: &Path,
     max_memory: Option<u64>,
-) -> Result<ReadEnvironment, LoadError> {
+) -> Result<(EnvironmentMap, Option<String>), LoadError> {
     let mut reader = PictureReader::open(path).map_err(fault)?;
     let unfit = |reason: String| LoadError::Options {
         path: path.to_path_buf(),
@@ -54,10 +45,11 @@ pub fn read_environment(
         needed: refusal.needed,
         allowed: refusal.allowed,
     };
-    let room = |texels: EnvironmentTexels| {
+    let room = |mut texels: EnvironmentTexels| {
         let bytes = count.saturating_mul(texels.column().row_size() as u64);
         memory.take(bytes, "for the environment").map_err(refused)?;
-        Ok(texels.with_capacity(count as usize))
+        texels.column_mut().make_room(count as usize);
+        Ok(texels)
     };
     let mut texels = room(match layout.format {
         ImageFormat::Hdr => EnvironmentTexels::Rgbe(Column::new()),
@@ -73,7 +65,7 @@ pub fn read_environment(
         let rows = red.iter().zip(green).zip(blue);
         let float = f32::from_bits;
         let rows = rows.map(|((&r, &g), &b)| [float(r), float(g), float(b)]);
-        let known = texels.len();
+        let known = texels.rows();
         if !texels.extend(rows.clone()) {
             let mut floats = room(EnvironmentTexels::Float(Column::new()))?;
             let before = (0..known).map(|k| texels.get(k).to_array());
@@ -87,7 +79,7 @@ pub fn read_environment(
         texels,
     };
     let remark = remark(&map, changed);
-    Ok(ReadEnvironment { map, remark })
+    Ok((map, remark))
 }
 
 /// Numbers of the channels that are red, green and blue; all the same for a grey picture.
@@ -114,7 +106,7 @@ fn colors(layout: &PictureLayout) -> Result<[usize; 3], String> {
     }
 }
 
-/// Makes samples radiance that tracing can multiply with; returns how many were not.
+/// Clamps samples to radiance that tracing can multiply; returns the number of changes.
 fn clamp(samples: &mut [u32]) -> usize {
     let mut changed = 0;
     for bits in samples {
@@ -134,7 +126,7 @@ fn remark(map: &EnvironmentMap, changed: usize) -> Option<String> {
     if changed > 0 {
         return Some(format!(
             "{changed} samples of the environment are negative, infinite or NaN: \
-             they count as {LARGEST} where infinite, else as 0"
+             infinite ones count as {LARGEST}, the others as 0"
         ));
     }
     (width != 2 * height).then(|| {

@@ -44,7 +44,7 @@ mod text;
 mod texture;
 
 pub use diagnostics::{Diagnostic, MAX_DIAGNOSTICS};
-pub use environment::{ReadEnvironment, read_environment};
+pub use environment::read_environment;
 pub use folder::foreign;
 #[doc(hidden)]
 pub use mesh::polygon;

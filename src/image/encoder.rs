@@ -72,16 +72,12 @@ impl From<OutputEncoding> for Exposure {
 }
 
 impl Exposure {
-    fn gain(self) -> f32 {
-        libm::exp2(self.stops.into()) as f32
-    }
-
     /// The map from radiance to what the encoding gets: exposure and curve.
     pub fn mapping(self) -> impl Fn([f32; 3]) -> [f32; 3] + use<> {
-        let gain = self.gain();
-        move |rgb| match self.curve {
-            ToneCurve::Linear => rgb.map(|c| c * gain),
-            ToneCurve::Neutral => neutral(rgb.map(|c| c * gain)),
+        let gain = libm::exp2(self.stops.into()) as f32;
+        move |rgb| {
+            let rgb = rgb.map(|c| c * gain);
+            if self.curve == ToneCurve::Linear { rgb } else { neutral(rgb) }
         }
     }
 }
@@ -149,22 +145,11 @@ fn interleave<S: Copy + Default>(
     exposure: Exposure,
     sample: impl Fn(f32) -> S,
 ) -> Vec<S> {
-    let gain = exposure.gain();
+    let map = exposure.mapping();
     let mut rgb = vec![S::default(); 3 * red.len()];
     let pixels = rgb.as_chunks_mut::<3>().0.iter_mut();
-    let pixels = pixels.zip(red).zip(green).zip(blue);
-    match exposure.curve {
-        ToneCurve::Linear => {
-            for (((pixel, &r), &g), &b) in pixels {
-                *pixel = [sample(r * gain), sample(g * gain), sample(b * gain)];
-            }
-        }
-        ToneCurve::Neutral => {
-            for (((pixel, &r), &g), &b) in pixels {
-                let [r, g, b] = neutral([r * gain, g * gain, b * gain]);
-                *pixel = [sample(r), sample(g), sample(b)];
-            }
-        }
+    for (((pixel, &r), &g), &b) in pixels.zip(red).zip(green).zip(blue) {
+        *pixel = map([r, g, b]).map(&sample);
     }
     rgb
 }

@@ -29,13 +29,13 @@ impl EnvironmentSource {
     ) -> Result<(EnvironmentLight, Option<String>), LoadError> {
         match self {
             EnvironmentSource::Sky => Ok((SKY, None)),
-            &EnvironmentSource::Color(color) => {
-                let (nadir, zenith) = (color, color);
+            &EnvironmentSource::Color(nadir) => {
+                let zenith = nadir;
                 Ok((EnvironmentLight::Gradient { nadir, zenith }, None))
             }
             EnvironmentSource::File(path) => {
-                let read = read_environment(path, max_memory)?;
-                Ok((EnvironmentLight::Map(read.map.into()), read.remark))
+                let (map, remark) = read_environment(path, max_memory)?;
+                Ok((EnvironmentLight::Map(map.into()), remark))
             }
         }
     }

@@ -86,9 +86,7 @@ pub fn stem(name: &Path) -> Option<&OsStr> {
 /// [`OpenError`].
 pub fn open_as(path: &Path, ending: &str, options: &Options) -> Result<Opened, OpenError> {
     let file = SceneFile::open(path, Some(ending), options.read.threads)?;
-    Ok(surrounded(options, |options| {
-        load_file(path, &file, options)
-    })?)
+    Ok(load_file(path, &file, options)?)
 }
 
 /// Opens a scene from bytes that came from elsewhere, for example from a pipe. They are read like a
@@ -103,9 +101,7 @@ pub fn open_bytes(
     options: &Options,
 ) -> Result<Opened, OpenError> {
     let file = SceneFile::from_bytes(name, ending, bytes)?;
-    Ok(surrounded(options, |options| {
-        load_file(name, &file, options)
-    })?)
+    Ok(load_file(name, &file, options)?)
 }
 
 /// Opens a scene file, a scene cache, or a standard scene.
@@ -113,11 +109,6 @@ pub fn open_bytes(
 /// # Errors
 /// [`OpenError`].
 pub fn open(path: &Path, options: &Options) -> Result<Opened, OpenError> {
-    surrounded(options, |options| open_known(path, options))
-}
-
-/// Opens a scene with the options that [`surrounded`] gives.
-fn open_known(path: &Path, options: &Options) -> Result<Opened, OpenError> {
     let mut opened = Opened::default();
     if let Some(name) = standard_name(path) {
         let spec = phalanx_standard::parse_spec(name)?;
@@ -127,10 +118,9 @@ fn open_known(path: &Path, options: &Options) -> Result<Opened, OpenError> {
         (opened.scene, opened.bvh) = (cached.scene, Some(cached.bvh));
         opened.mapped_bytes = cached.file_bytes;
     } else {
-        let file = SceneFile::open(path, None, options.read.threads)?;
-        return Ok(load_file(path, &file, options)?);
+        return Ok(load(path, options)?);
     }
-    amended(opened, options)
+    surrounded(options, |options| amended(opened, options))
 }
 
 /// A scene that does not come from a reader, with the options applied to it.
@@ -168,7 +158,7 @@ fn amended(mut opened: Opened, options: &Options) -> Result<Opened, OpenError> {
 /// [`MAX_DIAGNOSTICS`](phalanx_formats::MAX_DIAGNOSTICS).
 pub fn load(path: &Path, options: &Options) -> Result<Opened, LoadError> {
     let file = SceneFile::open(path, None, options.read.threads)?;
-    surrounded(options, |options| load_file(path, &file, options))
+    load_file(path, &file, options)
 }
 
 /// Opens a scene with its environment, which is read first.
@@ -181,9 +171,9 @@ fn surrounded<E: From<LoadError>>(
     };
     let mut options = options.clone();
     let (light, remark) = source.light(options.read.max_memory)?;
-    let most = options.read.max_memory;
-    let bytes = light.texel_bytes().len() as u64;
-    options.read.max_memory = most.map(|most| most.saturating_sub(bytes));
+    if let Some(most) = &mut options.read.max_memory {
+        *most = most.saturating_sub(light.texel_bytes().len() as u64);
+    }
     options.look.environment = Some(light);
     let mut opened = open(&options)?;
     opened.notes.extend(remark);
@@ -194,17 +184,19 @@ fn surrounded<E: From<LoadError>>(
 }
 
 fn load_file(path: &Path, file: &SceneFile, options: &Options) -> Result<Opened, LoadError> {
-    let read = file.read(&options.read)?;
-    let is_text = read.is_text;
-    finish(read, options).map_err(|unfit| {
-        if unfit.is_override {
-            LoadError::Options {
-                path: path.to_path_buf(),
-                reason: unfit.message,
+    surrounded(options, |options| {
+        let read = file.read(&options.read)?;
+        let is_text = read.is_text;
+        finish(read, options).map_err(|unfit| {
+            if unfit.is_override {
+                LoadError::Options {
+                    path: path.to_path_buf(),
+                    reason: unfit.message,
+                }
+            } else {
+                file.fault(vec![diagnostic(unfit, is_text)])
             }
-        } else {
-            file.fault(vec![diagnostic(unfit, is_text)])
-        }
+        })
     })
 }
 

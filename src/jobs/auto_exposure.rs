@@ -2,10 +2,10 @@
 //!
 //! A meter of reflected light makes white models grey and dark ones pale, because it cannot know
 //! what they reflect. Here the albedo is known: radiance divided by it is the light on a surface,
-//! if what its mirrors reflect is left out.
-//! The exposure brings the upper quartile of that light to [`KEY`], so that what is well lit shows
-//! its own colour, whatever the units of lamps. Shadows on three quarters of what is visible do not
-//! change it, nor do lamps on one quarter.
+//! unless a mirror reflects it, which is left out.
+//! The exposure brings the upper quartile of that light to [`KEY`], so that well-lit surfaces show
+//! their own colour, whatever the units of lamps. Neither shadows on three quarters of the visible
+//! surfaces nor lamps on one quarter change it.
 
 use phalanx_image::MAX_EXPOSURE;
 use phalanx_render::Film;
@@ -14,6 +14,7 @@ use phalanx_render::frame::{
 };
 use phalanx_scene::Scene;
 use phalanx_scene::film::NO_HIT;
+use phalanx_scene::lighting::luminance;
 use phalanx_scene::sampling::log2;
 
 /// Longest side of the picture that is measured, in pixels, whatever the size of the other.
@@ -25,14 +26,14 @@ const SQUARE: usize = 4;
 /// Light at the upper quartile: √¾, that of a matt sphere lit from the camera by a light of 1.
 const KEY: f32 = 0.866;
 
-/// Albedo from which on it counts. Mirrors, glass and lamps have less, and count as [`GREY`].
+/// Least albedo that is used. Mirrors, glass and lamps have less, and count as [`GREY`].
 const LEAST_ALBEDO: f64 = 0.04;
 
 /// Albedo of surfaces without one: in the light of [`KEY`], the brighter quarter of a picture whose
 /// mean is middle grey.
 const GREY: f64 = 0.4;
 
-/// Steps of a stop that exposures are rounded to, so that they are short in commands.
+/// Number of steps per stop to which exposures are rounded, so that they are short in commands.
 const STEPS: f64 = 64.0;
 
 /// Exposure in stops that suits a picture. It depends on the whole frame, not on the region or
@@ -66,10 +67,10 @@ pub fn measure_exposure(
     let film = render_with(scene, tree, &small, control)?.film;
     let mut lights = square_lights(&film);
     lights.sort_by(f32::total_cmp);
-    let Some(quartile) = lights.get(lights.len() * 3 / 4) else {
+    let Some(&quartile) = lights.get(lights.len() * 3 / 4) else {
         return Ok(0.0);
     };
-    let stops = f64::from(log2(KEY)) - f64::from(*quartile);
+    let stops = f64::from(log2(KEY)) - f64::from(quartile);
     let most = f64::from(MAX_EXPOSURE);
     // −0 becomes 0, so that it is shown as 0.
     Ok(((stops * STEPS).round() / STEPS).clamp(-most, most) as f32 + 0.0)
@@ -82,12 +83,13 @@ fn square_lights(film: &Film) -> Vec<f32> {
     let mut sums = vec![[0.0, 0.0]; columns * rows.div_ceil(SQUARE)];
     let hits = film.hits.iter().flat_map(|hits| &hits.prim_id);
     for (k, _) in hits.enumerate().filter(|(_, prim)| **prim != NO_HIT) {
-        let albedo = luminance(film.layer(Aov::Albedo), k).min(1.0);
+        let luminance_at = |planes: &[Vec<f32>]| luminance([0, 1, 2].map(|c| planes[c][k]).into());
+        let albedo = luminance_at(film.layer(Aov::Albedo)).min(1.0);
         let (seen, albedo) = match albedo < LEAST_ALBEDO {
             true => (&film.planes[..], GREY),
             false => (film.layer(Aov::Direct), albedo),
         };
-        let radiance = luminance(seen, k);
+        let radiance = luminance_at(seen);
         // Neither NaN nor infinite values say how much light there is.
         if radiance.is_finite() {
             let sum = &mut sums[k / width / SQUARE * columns + k % width / SQUARE];
@@ -95,15 +97,9 @@ fn square_lights(film: &Film) -> Vec<f32> {
         }
     }
     let lit = sums.iter().filter(|[radiance, _]| *radiance > 0.0);
-    let lights = lit.map(|[radiance, albedo]| (radiance / albedo) as f32);
-    let normal = lights.map(|light| light.clamp(f32::MIN_POSITIVE, f32::MAX));
-    normal.map(log2).collect()
-}
-
-/// Relative luminance of a pixel, by the primaries of sRGB.
-fn luminance(planes: &[Vec<f32>], pixel: usize) -> f64 {
-    let [r, g, b] = [0, 1, 2].map(|channel| f64::from(planes[channel][pixel]));
-    0.2126 * r + 0.7152 * g + 0.0722 * b
+    let light = |[radiance, albedo]: &[f64; 2]| (radiance / albedo) as f32;
+    lit.map(|sum| log2(light(sum).clamp(f32::MIN_POSITIVE, f32::MAX)))
+        .collect()
 }
 
 #[cfg(test)]

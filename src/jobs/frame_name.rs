@@ -1,7 +1,7 @@
 //! Names of a sequence's files.
 
 use phalanx_files::shell_word;
-use std::ffi::{OsStr, OsString};
+use std::ffi::OsString;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -18,102 +18,66 @@ const MAX_DIGITS: usize = 20;
 /// instead of the last run of `#`, with as many digits; or of `%d` or `%04d`, as in C's printf; or
 /// else before the ending, with as many digits as the last frame has, at least four.
 pub fn frame_name(path: &Path, last: u32, frame: u32) -> PathBuf {
-    if let Some(FrameNumber {
-        before,
-        digits,
-        after,
-    }) = FrameNumber::of(path)
-    {
-        return path.with_file_name(format!("{before}{frame:0digits$}{after}"));
+    let (mut name, digits, after) = name_parts(path, last);
+    name.push(format!("{frame:0digits$}"));
+    name.push(after);
+    path.with_file_name(name)
+}
+
+/// Parts of a frame's name: the text before the number, the number's digits, and the text after.
+fn name_parts(path: &Path, last: u32) -> (OsString, usize, OsString) {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    if let Some((place, digits)) = number_place(&name) {
+        return (name[..place.start].into(), digits, name[place.end..].into());
     }
-    let mut stem = OsString::from(path.file_stem().unwrap_or_default());
-    stem.push(format!(".{}", frame_digits(last, frame)));
+    let mut before = path.file_stem().unwrap_or_default().to_owned();
+    before.push(".");
+    let mut after = OsString::new();
     if let Some(ending) = path.extension() {
-        stem.push(".");
-        stem.push(ending);
+        after.push(".");
+        after.push(ending);
     }
-    path.with_file_name(stem)
+    (before, frame_digits(last, last).len(), after)
 }
 
-/// A name that says where the number goes: its parts, and the digits between them.
-struct FrameNumber {
-    before: String,
-    digits: usize,
-    after: String,
-}
+/// Filter from linear light to sRGB's gamma.
+const TO_SCREEN: &str = "format=rgb48,lutrgb=r=gammaval(0.4545):g=gammaval(0.4545):b=gammaval(0.4545),setparams=color_trc=iec61966-2-1";
 
-impl FrameNumber {
-    fn of(path: &Path) -> Option<FrameNumber> {
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let (place, digits) = number_place(&name)?;
-        Some(FrameNumber {
-            before: name[..place.start].to_owned(),
-            digits,
-            after: name[place.end..].to_owned(),
-        })
-    }
-}
-
-/// The command that joins the frames of a sequence into a video beside them, in these names and of
-/// this size. Samples are linear light if `is_linear`. `None` if no command can have the names.
+/// The ffmpeg command that joins the frames of a sequence into a video beside them. Samples are
+/// linear light if `is_linear`. `None` if a name is not UTF-8 or has no ending.
 pub fn video_command(
     path: &Path,
     [first, last]: [u32; 2],
     (width, height): (u32, u32),
     is_linear: bool,
 ) -> Option<String> {
-    let ending = path.extension().and_then(OsStr::to_str)?;
-    let FrameNumber {
-        before,
-        digits,
-        after,
-    } = match FrameNumber::of(path) {
-        Some(number) => number,
-        None => FrameNumber {
-            before: format!("{}.", path.file_stem()?.to_str()?),
-            digits: frame_digits(last, last).len(),
-            after: format!(".{ending}"),
-        },
-    };
-    // What comes before a colon would be a protocol, and a hyphen begins an option.
+    let ending = path.extension()?.to_str()?;
+    let (before, digits, after) = name_parts(path, last);
+    let [before, after] = [before.to_str()?, after.to_str()?];
+    // ffmpeg takes a name with a colon for a protocol, and one with a hyphen for an option.
     let folder = Path::new(".").join(path.parent()?);
     let folder = folder.to_str()?.trim_end_matches('/');
-    let literal = |text: &str| text.replace('%', "%%");
-    let name = format!("{}%0{digits}d{}", literal(&before), literal(&after));
-    let input = format!("{}/{name}", literal(folder));
-    let rest = after.strip_suffix(ending).unwrap_or(&after);
-    let rest = rest.trim_end_matches('.');
-    let stem = format!("{}{rest}", before.trim_end_matches(['.', '-', '_', ' ']));
+    let parts = [folder, before, after].map(|text| text.replace('%', "%%"));
+    let input = format!("{}/{}%0{digits}d{}", parts[0], parts[1], parts[2]);
+    let rest = after.strip_suffix(ending).unwrap_or(after);
+    let stem = before.trim_end_matches(['.', '-', '_', ' ']);
+    let stem = format!("{stem}{}", rest.trim_end_matches('.'));
     let stem = if stem.is_empty() { "video" } else { &stem };
     let output = format!("{folder}/{stem}.mp4");
-    let [rate, first] = [VIDEO_RATE, first].map(|number| number.to_string());
-    let mut words = vec![
-        "ffmpeg",
-        "-framerate",
-        &rate,
-        "-start_number",
-        &first,
-        "-i",
-        &input,
-    ];
-    let mut filters = Vec::new();
-    if is_linear {
-        let curve = ["r", "g", "b"].map(|c| format!("{c}=gammaval(0.4545)"));
-        let curve = curve.join(":");
-        filters.push(format!(
-            "format=rgb48,lutrgb={curve},setparams=color_trc=iec61966-2-1"
-        ));
-    }
-    // Colours have half the resolution.
-    if width % 2 + height % 2 > 0 {
-        filters.push("pad=ceil(iw/2)*2:ceil(ih/2)*2".to_owned());
-    }
-    let filters = filters.join(",");
+    // With yuv420p, colours have half the resolution, so both sides must be even.
+    let is_odd = width % 2 + height % 2 > 0;
+    let pad = is_odd.then_some("pad=ceil(iw/2)*2:ceil(ih/2)*2");
+    let filters = [is_linear.then_some(TO_SCREEN), pad].into_iter().flatten();
+    let filters = Vec::from_iter(filters).join(",");
+    let input = shell_word(&input);
+    let mut command = format!("ffmpeg -framerate {VIDEO_RATE} -start_number {first} -i {input}");
     if !filters.is_empty() {
-        words.extend(["-vf", &filters]);
+        command.push_str(&format!(" -vf {}", shell_word(&filters)));
     }
-    words.extend(["-pix_fmt", "yuv420p", &output]);
-    Some(Vec::from_iter(words.iter().map(shell_word)).join(" "))
+    Some(format!(
+        "{command} -pix_fmt yuv420p {}",
+        shell_word(&output)
+    ))
 }
 
 /// The bytes of a name that are replaced by a number, and its digits.

@@ -38,9 +38,9 @@ pub fn finish_scene(
     overrides: &Overrides,
     threads: usize,
 ) -> Result<Vec<String>, UnfitScene> {
-    scene.view = scene.tellable_view(&scene.view);
+    scene.view = scene.representable_view(&scene.view);
     for k in 0..scene.cameras.len() {
-        scene.cameras[k].view = scene.tellable_view(&scene.cameras[k].view);
+        scene.cameras[k].view = scene.representable_view(&scene.cameras[k].view);
     }
     if scene.defaulted.sky {
         scene.background = BACKGROUND;
@@ -104,8 +104,8 @@ fn notes_on(scene: &Scene, up_is_assumed: bool, overrides: &Overrides) -> Vec<St
     notes
 }
 
-/// A note on what an environment does, as other renderers light everything by it.
-const ENVIRONMENT_NOTE: &str = "the environment is seen behind the scene, in mirrors and through glass; it lights no matt surface";
+/// Note for users of renderers whose environment lights everything.
+const ENVIRONMENT_NOTE: &str = "the environment shows behind the scene, in mirrors and through glass; it lights no matt surface";
 
 /// Notes on the choice of a camera and on the environment, and on options that have no effect.
 fn notes_without_effect(
@@ -153,7 +153,7 @@ fn apply(scene: &mut Scene, overrides: &Overrides, threads: usize) -> Result<(),
                 up: defaulted.up,
                 turntable: overrides.turntable,
             };
-            scene.view = scene.tellable_view(&framing(scene, &visible, bounds, shape));
+            scene.view = scene.representable_view(&framing(scene, &visible, bounds, shape));
             if defaulted.ortho == Some(OrthoHeight::Fitting) {
                 fitting = Some(parallel_height(scene, &visible, &scene.view, bounds, shape));
             }
@@ -228,7 +228,7 @@ fn apply_overrides(scene: &mut Scene, overrides: &Overrides) {
     scene.defaulted.ortho = overrides.ortho.or(scene.defaulted.ortho);
     scene.defaulted.light |= overrides.headlight;
     if overrides.headlight || !overrides.lights.is_empty() {
-        // Lamps that are not the file's have no units.
+        // Only the file's lamps have units.
         scene.set_light_scale(1.0);
     }
     if !overrides.lights.is_empty() {
@@ -270,7 +270,7 @@ fn place_environment(scene: &mut Scene, overrides: &Overrides) {
     let (up, turn) = environment.placement();
     let turn = overrides.environment_turn.unwrap_or(turn);
     environment.place(overrides.up.unwrap_or(up), turn);
-    // A sky that was made up has no units.
+    // The default sky has no units.
     let is_sky = environment.light == lights::SKY;
     environment.scale = if is_sky { 1.0 } else { scene.light_scale };
 }

@@ -28,7 +28,7 @@ impl DefaultLights {
 
     /// Moves the scene's camera, and these lights with it.
     pub fn move_camera(&self, scene: &mut Scene, view: View) {
-        scene.view = scene.tellable_view(&view);
+        scene.view = scene.representable_view(&view);
         if let Some(bounds) = self.bounds {
             place(scene, bounds);
         }

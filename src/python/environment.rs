@@ -45,12 +45,9 @@ impl PyEnvironment<'_> {
 /// An array as a picture of all directions.
 fn map(array: &Bound<'_, PyAny>) -> PyResult<EnvironmentLight> {
     let floats = Floats::of("environment", array)?;
-    let &[height, width, 3] = floats.shape() else {
-        return Err(wrong_shape(
-            "environment",
-            "(height, width, 3)",
-            floats.shape(),
-        ));
+    let shape = floats.shape();
+    let &[height, width, 3] = shape else {
+        return Err(wrong_shape("environment", "(height, width, 3)", shape));
     };
     let mut texels = EnvironmentTexels::Float(Default::default());
     let (rows, _) = floats.numbers()?.as_chunks();
@@ -88,7 +85,7 @@ impl PyScene {
                 shaped(py, colors.as_flattened().to_vec(), &[2, 3])?
             }
             EnvironmentLight::Map(map) => {
-                let texels = (0..map.texels.len()).flat_map(|k| map.texels.get(k).to_array());
+                let texels = (0..map.texels.rows()).flat_map(|k| map.texels.get(k).to_array());
                 let shape = [map.height as usize, map.width as usize, 3];
                 shaped(py, texels.collect(), &shape)?
             }
@@ -99,21 +96,14 @@ impl PyScene {
     #[setter]
     fn set_environment(&self, py: Python<'_>, value: Option<PyEnvironment<'_>>) -> PyResult<()> {
         let light = value.map(|value| value.light(py)).transpose()?;
-        let scene = self.now(py).scene;
-        let turn = scene
-            .environment
-            .as_ref()
-            .map_or(0.0, |seen| seen.placement().1);
-        let up = scene.defaulted.up;
-        self.surround(
-            py,
-            light.map(|light| {
-                let is_sky = light == SKY;
-                let mut environment = Environment::new(light, up, turn);
-                environment.scale = if is_sky { 1.0 } else { scene.light_scale };
-                environment
-            }),
-        )
+        let (scene, turn) = (self.now(py).scene, self.environment_turn(py));
+        let environment = light.map(|light| {
+            let scale = if light == SKY { 1.0 } else { scene.light_scale };
+            let mut environment = Environment::new(light, scene.defaulted.up, turn);
+            environment.scale = scale;
+            environment
+        });
+        self.surround(py, environment)
     }
 
     /// Turn of the environment about the up axis, in degrees, counter-clockwise
@@ -124,10 +114,8 @@ impl PyScene {
     #[getter]
     fn environment_turn(&self, py: Python<'_>) -> f64 {
         let scene = self.now(py).scene;
-        scene
-            .environment
-            .as_ref()
-            .map_or(0.0, |seen| seen.placement().1)
+        let placement = scene.environment.as_ref().map(Environment::placement);
+        placement.unwrap_or_default().1
     }
 
     #[setter]

@@ -63,6 +63,8 @@ pub trait AnyColumn {
     fn map(&mut self, bytes: &'static [u8], keeper: Arc<dyn Any + Send + Sync>) -> bool;
     /// Writes rows of a column of the same type, given as bytes: see [`Column::write`].
     fn write_bytes(&mut self, first: usize, bytes: &[u8]);
+    /// Makes room for more rows.
+    fn make_room(&mut self, more: usize);
 }
 
 impl<T: Pod> AnyColumn for Column<T> {
@@ -89,6 +91,10 @@ impl<T: Pod> AnyColumn for Column<T> {
 
     fn write_bytes(&mut self, first: usize, bytes: &[u8]) {
         self.write(first, bytemuck::cast_slice(bytes));
+    }
+
+    fn make_room(&mut self, more: usize) {
+        self.reserve(more);
     }
 }
 

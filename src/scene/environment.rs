@@ -114,7 +114,7 @@ impl Environment {
             EnvironmentLight::Map(map) => {
                 let side = 1..=MAX_ENVIRONMENT_SIDE;
                 let has_size = side.contains(&map.width) && side.contains(&map.height);
-                has_size && map.texels.len() == map.width as usize * map.height as usize
+                has_size && map.texels.rows() == map.width as usize * map.height as usize
             }
         };
         is_lit && self.scale.is_finite() && self.scale >= 0.0 && self.turn.is_finite()
@@ -125,7 +125,7 @@ impl Environment {
         match &self.light {
             EnvironmentLight::Gradient { .. } => None,
             EnvironmentLight::Map(map) => {
-                (0..map.texels.len()).find(|&k| !is_light(map.texels.get(k)))
+                (0..map.texels.rows()).find(|&k| !is_light(map.texels.get(k)))
             }
         }
     }
@@ -169,7 +169,7 @@ impl EnvironmentMap {
         let u = turns(dir.z, dir.x) + 0.5;
         let v = turns(away, dir.y) * 2.0;
         let (x, y) = (u * self.width as f32 + 0.5, v * self.height as f32 + 0.5);
-        // One texel further than the left and the upper one of four, so as not to be negative.
+        // One more than the left column and the upper row of the four texels: never negative.
         let (column, row) = (x as u32, y as u32);
         let along = |row: u32| {
             let [a, b] = [column + self.width - 1, column].map(|column| self.texel(column, row));
@@ -221,15 +221,8 @@ impl EnvironmentTexels {
     }
 
     /// Number of texels.
-    #[inline]
-    pub fn len(&self) -> usize {
+    pub fn rows(&self) -> usize {
         self.column().rows()
-    }
-
-    /// Returns true if there are no texels.
-    #[inline]
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
     }
 
     /// The column of the texels.
@@ -241,7 +234,7 @@ impl EnvironmentTexels {
         }
     }
 
-    /// The same column, to be mapped.
+    /// The same column, to be mapped or given room.
     pub fn column_mut(&mut self) -> &mut dyn AnyColumn {
         match self {
             EnvironmentTexels::Rgbe(texels) => texels,
@@ -250,8 +243,8 @@ impl EnvironmentTexels {
         }
     }
 
-    /// Adds texels, unless one of them cannot be told exactly; then some may have been added.
-    /// Returns true if all were.
+    /// Adds texels up to the first that the format cannot hold exactly. Returns true if there is
+    /// none.
     pub fn extend(&mut self, mut rows: impl Iterator<Item = [f32; 3]>) -> bool {
         match self {
             EnvironmentTexels::Rgbe(texels) => {
@@ -272,16 +265,6 @@ impl EnvironmentTexels {
             }
         }
     }
-
-    /// The same texels, with room for this many.
-    pub fn with_capacity(mut self, texels: usize) -> EnvironmentTexels {
-        match &mut self {
-            EnvironmentTexels::Rgbe(column) => column.reserve(texels),
-            EnvironmentTexels::Half(column) => column.reserve(texels),
-            EnvironmentTexels::Float(column) => column.reserve(texels),
-        }
-        self
-    }
 }
 
 /// Mantissas and exponent that are exactly this colour, if there are any.
@@ -291,10 +274,9 @@ fn rgbe(rgb: [f32; 3]) -> Option<[u8; 4]> {
     if largest == 0.0 {
         return Some([0; 4]);
     }
-    // The power of two above the largest has the exponent of its bits plus one, and a bias of one
-    // more than that of single precision.
+    // Plus one for the power of two above the largest, and one for RGBE's bias of 128.
     let exponent = (largest.to_bits() >> 23) + 2;
-    // One over the unit of mantissas, which is a power of two, too; tiny numbers have none.
+    // Reciprocal of the mantissas' unit, a power of two; tiny numbers have none.
     let of_unit = POWERS_OF_MANTISSAS.checked_sub(exponent)?;
     let per_unit = f32::from_bits(of_unit.min(INFINITE_POWER) << 23);
     let (r, g, b) = (r * per_unit, g * per_unit, b * per_unit);

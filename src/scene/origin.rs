@@ -111,7 +111,7 @@ impl Scene {
     /// The view with positions that the file's coordinates give to the bit. Only a scene that was
     /// moved has others: close to its origin, single precision resolves more than double precision
     /// does in the file. A view that would visibly change stays as it is.
-    pub fn tellable_view(&self, view: &View) -> View {
+    pub fn representable_view(&self, view: &View) -> View {
         let rounded = self.view_of(&self.file_view(view));
         // The numbers may be too small to be squared in single precision.
         let apart = |a: Vec3, b: Vec3| a.as_dvec3().distance(b.as_dvec3());
@@ -121,7 +121,7 @@ impl Scene {
     }
 
     /// The view in the file's coordinates with as few digits as give it back to the bit, if it is
-    /// [tellable](Scene::tellable_view).
+    /// [representable](Scene::representable_view).
     pub fn shortest_view(&self, view: &View) -> FileView {
         let exact = self.file_view(view);
         let height = exact.ortho.map(|height| shortest(height as f32));
@@ -195,8 +195,8 @@ mod tests {
                     ortho: (x > 0.0).then_some(x),
                     ..scene.view
                 };
-                let view = scene.tellable_view(&view);
-                assert_eq!(scene.tellable_view(&view), view);
+                let view = scene.representable_view(&view);
+                assert_eq!(scene.representable_view(&view), view);
                 let shortest = scene.shortest_view(&view);
                 let text =
                     [shortest.eye, shortest.center].map(|p| p.to_array().map(|c| c.to_string()));

@@ -112,10 +112,7 @@ pub(super) struct KeepRequest {
 impl Shot {
     /// Returns true if both have the same film: exposure and tone come after it.
     pub(super) fn has_film_of(&self, other: &Shot) -> bool {
-        let Shot {
-            view, size, mode, ..
-        } = *other;
-        (view, size, mode) == (self.view, self.size, self.mode)
+        (self.view, self.size, self.mode) == (other.view, other.size, other.mode)
     }
 
     pub(super) fn pixels(&self) -> u64 {
@@ -133,13 +130,9 @@ impl Shot {
         if !(1..=MAX_SPP).contains(&samples) {
             return Err(format!("a picture has 1 to {MAX_SPP} samples a pixel"));
         }
-        if self
-            .exposure
-            .is_some_and(|stops| stops.abs() > MAX_EXPOSURE)
-        {
-            return Err(format!(
-                "an exposure has -{MAX_EXPOSURE} to {MAX_EXPOSURE} stops"
-            ));
+        if self.exposure.unwrap_or(0.0).abs() > MAX_EXPOSURE {
+            let range = format!("an exposure has -{MAX_EXPOSURE} to {MAX_EXPOSURE} stops");
+            return Err(range);
         }
         let checked = self.view.check();
         checked.map_err(|error| error.to_string())

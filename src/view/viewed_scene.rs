@@ -90,18 +90,14 @@ impl ViewedScene {
 
     /// Takes a shot's exposure and tone curve, moves the camera, and the lights that follow it.
     pub(super) fn look(&mut self, shot: &Shot) -> Result<(), String> {
-        let EncodingSpec {
-            exposure, curve, ..
-        } = &mut self.spec.encoding;
-        let stops = shot
-            .exposure
-            .map(ExposureSpec::Stops)
-            .or(self.encoding.exposure);
-        *exposure = stops.filter(|given| given.stops() != 0.0);
-        *curve = shot
-            .tone
-            .or(self.encoding.curve)
-            .filter(|curve| curve.0 != ToneCurve::Linear);
+        let stops = shot.exposure.map(ExposureSpec::Stops);
+        let (stops, curve) = (
+            stops.or(self.encoding.exposure),
+            shot.tone.or(self.encoding.curve),
+        );
+        let encoding = &mut self.spec.encoding;
+        encoding.exposure = stops.filter(|given| given.stops() != 0.0);
+        encoding.curve = curve.filter(|curve| curve.0 != ToneCurve::Linear);
         let scene = &mut self.scene;
         self.lights.move_camera(scene, scene.view_of(&shot.view));
         scene.defaulted.view = false;

@@ -9,7 +9,7 @@ use phalanx::frame::{AccelRef, Integrator, Settings};
 use phalanx::jobs::{EncodingSpec, ExposureSpec, measure_exposure};
 
 /// Replaces an automatic exposure by the stops that suit the picture, or the first frame of the
-/// sequence's path, so that frames rendered apart are alike. Builds a tree if there is none.
+/// sequence's path, so that frames rendered separately match. Builds a tree if none is given.
 pub fn resolve_exposure(
     encoding: &mut EncodingSpec,
     input: &mut SceneInput,
@@ -36,13 +36,12 @@ pub fn resolve_exposure(
     if let (Some(sequence), Some(lights)) = (sequence, &lights) {
         lights.move_camera(scene, sequence.view(sequence.first, &view)?);
     }
-    let options = ProgressOptions {
+    let silent = ProgressOptions {
         mode: ProgressMode::None,
         ..ProgressOptions::default()
     };
-    let stops = progress::with_progress(options, |control| {
-        measure_exposure(scene, tree, settings, control)
-    });
+    let measure = |control: &_| measure_exposure(scene, tree, settings, control);
+    let stops = progress::with_progress(silent, measure);
     if let Some(lights) = lights {
         lights.move_camera(scene, view);
     }

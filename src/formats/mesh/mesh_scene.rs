@@ -90,7 +90,7 @@ fn finish_cloud(
                 "the file has no faces: its {count} points are spheres of radius {radius} (see --point-radius)"
             )),
             None => {
-                let message = "the file has no faces, and its points no spacing that gives spheres a radius";
+                let message = "the file has no faces, and its points have no spacing to derive a radius from";
                 report.error_with_help(end, message, "add --point-radius R");
             }
         }

@@ -2,7 +2,7 @@
 //!
 //! Colours become materials of a palette: fifteen bits, five for the square root of each linear
 //! channel, which is close to how screens encode it. A material takes thirty times the memory of
-//! a sphere's number of one.
+//! a sphere's material number.
 
 use super::polygon_mesh::MergedMesh;
 use crate::memory::MemoryLedger;
@@ -19,15 +19,15 @@ const LEVELS: f32 = 31.0;
 /// Number of colours, and bytes of a material for each.
 const COLORS: usize = 1 << 15;
 const MATERIAL_BYTES: u64 = 256;
-/// Radius of a point as a share of the median distance of nearest neighbours: most surfaces are
-/// closed from it on, of scans as of points at random.
+/// Default radius, in median distances between nearest neighbours. From this radius on, most
+/// surfaces look closed, for scans and for random points.
 const SHARE: f64 = 1.5;
-/// Number of points whose nearest neighbour is looked for.
+/// Number of points whose nearest neighbour is found.
 const SAMPLES: usize = 64;
 /// Number of distances that are compared side by side.
 const LANES: usize = 8;
 
-/// The radius of points of which none is given. `None` if the points coincide.
+/// The default radius of points. `None` if they coincide.
 fn radius(points: &Vec3s, threads: usize) -> Option<f32> {
     let samples = points.len().min(SAMPLES);
     let rows = (0..samples).map(|k| k * points.len() / samples).collect();

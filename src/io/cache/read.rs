@@ -94,10 +94,8 @@ fn take(mapping: &Arc<Mapping>) -> Result<Cached, CacheFault> {
     verify(file, &shapes, &table, &scene, &unverified, first_array)?;
     scene.validate_settings()?;
     let environment = scene.environment.as_ref();
-    if environment
-        .and_then(Environment::first_invalid_texel)
-        .is_some()
-    {
+    let bad_texel = environment.and_then(Environment::first_invalid_texel);
+    if bad_texel.is_some() {
         return Err(CacheFault::Nonsense("environment"));
     }
     let bvh = unverified.accept(&scene)?;

@@ -145,20 +145,21 @@ fn pass(bytes: &mut SettingsPass, from: &Scene, extra: &Extra) -> Option<(Scene,
 
 /// An environment, read without texels.
 fn environment(bytes: &mut SettingsPass, from: Option<&Environment>) -> Option<Environment> {
-    let (up, turn) = from.map(Environment::placement).unwrap_or_default();
-    let (scale, is_background) = from.map_or((1.0, true), |from| (from.scale, from.is_background));
-    let colors = match from.map(|from| &from.light) {
-        Some(&EnvironmentLight::Gradient { nadir, zenith }) => [nadir, zenith],
-        _ => [Vec3::ZERO; 2],
-    };
-    let (size, kind) = match from.map(|from| &from.light) {
-        Some(EnvironmentLight::Map(map)) => {
-            ([map.width, map.height], map.texels.column().row_size())
+    let [nadir, zenith] = [Vec3::ZERO; 2];
+    let none = Environment::new(EnvironmentLight::Gradient { nadir, zenith }, UpAxis::Y, 0.0);
+    let from = from.unwrap_or(&none);
+    let (up, turn) = from.placement();
+    let (colors, size, kind) = match &from.light {
+        &EnvironmentLight::Gradient { nadir, zenith } => ([nadir, zenith], [0; 2], 0),
+        EnvironmentLight::Map(map) => {
+            let kind = map.texels.column().row_size();
+            ([nadir, zenith], [map.width, map.height], kind)
         }
-        _ => ([0; 2], 0),
     };
     let up = bytes.one_of(up, UpAxis::ALL.map(|(_, axis)| axis))?;
     let turn = bytes.double(turn)?;
+    let [nadir, zenith] = bytes.each(colors, SettingsPass::vec3)?;
+    let [width, height] = bytes.each(size, SettingsPass::word)?;
     let texels = match bytes.one_of(kind, [0, 4, 6, 12])? {
         4 => Some(EnvironmentTexels::Rgbe(Default::default())),
         6 => Some(EnvironmentTexels::Half(Default::default())),
@@ -167,7 +168,6 @@ fn environment(bytes: &mut SettingsPass, from: Option<&Environment>) -> Option<E
     };
     let light = match texels {
         Some(texels) => {
-            let [width, height] = bytes.each(size, SettingsPass::word)?;
             let map = EnvironmentMap {
                 width,
                 height,
@@ -175,14 +175,11 @@ fn environment(bytes: &mut SettingsPass, from: Option<&Environment>) -> Option<E
             };
             EnvironmentLight::Map(map.into())
         }
-        None => {
-            let [nadir, zenith] = bytes.each(colors, SettingsPass::vec3)?;
-            EnvironmentLight::Gradient { nadir, zenith }
-        }
+        None => EnvironmentLight::Gradient { nadir, zenith },
     };
     let mut environment = Environment::new(light, up, turn);
-    environment.scale = bytes.float(scale)?;
-    environment.is_background = bytes.flag(is_background)?;
+    environment.scale = bytes.float(from.scale)?;
+    environment.is_background = bytes.flag(from.is_background)?;
     Some(environment)
 }
 

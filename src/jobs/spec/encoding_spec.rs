@@ -34,7 +34,7 @@ pub struct ToneSpec {
 pub enum ExposureSpec {
     /// In stops.
     Stops(f32),
-    /// To be measured before the picture is rendered; see
+    /// Measured before the picture is rendered; see
     /// [`measure_exposure`](crate::measure_exposure). Files have the stops that were measured.
     #[serde(skip)]
     Auto,
@@ -73,17 +73,16 @@ pub struct EncodingSpec {
     pub tone: ToneSpec,
     /// Exposure of PNG and JPEG output: stops, or auto
     ///
-    /// Positive values brighten, negative ones darken, as in --exposure=-1.5. auto makes well lit
-    /// surfaces show their own colour: it measures the light on all that is visible, in a small
-    /// picture of the whole frame. All frames of a sequence have the exposure of its first, and
-    /// reports and headers tell the stops. [default: 0]
+    /// Positive values brighten, negative ones darken, as in --exposure=-1.5. auto measures the
+    /// light on visible surfaces in a small picture of the whole frame, so that well-lit surfaces
+    /// show their own colour. All frames of a sequence use the exposure of its first; reports and
+    /// headers give it in stops. [default: 0]
     #[cfg_attr(feature = "clap", arg(long, value_name = "STOPS|auto", hide_short_help = true, value_parser = ExposureSpec::parse))]
     pub exposure: Option<ExposureSpec>,
     /// Tone curve of PNG and JPEG: linear (default) or neutral
     ///
-    /// linear cuts off what is brighter than white. neutral (Khronos PBR Neutral) keeps highlights
-    /// below white and the base colours of materials as they are. It is applied after the exposure.
-    /// [default: linear]
+    /// linear clips values above white. neutral (Khronos PBR Neutral) compresses highlights below
+    /// white and keeps the base colours of materials. Applied after the exposure. [default: linear]
     #[cfg_attr(feature = "clap", arg(long = "tone", value_name = "NAME", hide_short_help = true, hide_possible_values = true, value_parser = names::<ToneCurve>(["linear", "neutral"])))]
     pub curve: Option<AsText<ToneCurve>>,
     /// Bits per sample: PNG 8 (default) or 16, EXR 32 (default) or 16

@@ -12,6 +12,7 @@ mod option_row;
 mod picture_spec;
 mod pixel_spec;
 mod scene_overrides;
+mod scene_values;
 
 pub use as_text::{AsText, Named, OptionValue};
 pub use encoding_spec::{EncodingSpec, ExposureSpec, ToneSpec};

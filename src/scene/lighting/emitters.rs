@@ -19,7 +19,7 @@ pub(super) fn emissions(scene: &Scene) -> Vec<f64> {
     let materials = &scene.materials;
     let mut means = HashMap::new();
     let mut emission = |material: usize| {
-        let mut ke = materials.ke.get(material);
+        let mut ke = materials.ke.get(material).max(Vec3::ZERO);
         if !scene.emission_lights || luminance(ke) == 0.0 {
             return 0.0;
         }

@@ -3,6 +3,7 @@
 use super::alias::AliasTable;
 use super::{SceneMiddle, emitters, luminance};
 use crate::scene::Scene;
+use glam::Vec3;
 use std::collections::HashMap;
 use std::f64::consts::PI;
 
@@ -58,14 +59,11 @@ impl LightTable {
             }
         };
         for lamp in 0..scene.lights.len() {
-            let rows = [&scene.lights.attenuation, &scene.lights.color];
-            let [attenuation, color] = rows.map(|column| column.get(lamp));
-            let position = scene.lights.center(lamp).as_dvec3();
-            let attenuation = middle.attenuation(position, attenuation.to_array().map(f64::from));
-            add(
-                LightSource::Punctual(lamp as u32),
-                luminance(color) / attenuation,
-            );
+            let (lamps, source) = (&scene.lights, LightSource::Punctual(lamp as u32));
+            let terms = lamps.attenuation.get(lamp).to_array().map(f64::from);
+            let attenuation = middle.attenuation(lamps.center(lamp).as_dvec3(), terms);
+            let color = lamps.color.get(lamp).max(Vec3::ZERO);
+            add(source, luminance(color) / attenuation);
         }
         add(LightSource::Environment, emitters::surroundings(scene));
         let mut densities = emitters::emissions(scene);
@@ -73,10 +71,8 @@ impl LightTable {
         let share = 0.25 / (PI * middle.reach * middle.reach);
         densities.iter_mut().for_each(|density| *density *= share);
         emitters::for_each_triangle(scene, &densities, |id, material, area| {
-            add(
-                LightSource::Triangle(id),
-                densities[material as usize] * area,
-            );
+            let weight = densities[material as usize] * area;
+            add(LightSource::Triangle(id), weight);
         });
         let sum: f64 = weights.iter().sum();
         let alias = AliasTable::of(&weights, sum);
@@ -103,10 +99,11 @@ impl LightTable {
                 _ => rows.len(),
             };
             if row == rows.len() {
+                let (count, share) = (0, 0.0);
                 rows.push(LightShare {
                     light,
-                    count: 0,
-                    share: 0.0,
+                    count,
+                    share,
                 });
             }
             rows[row].count += 1;

@@ -28,10 +28,9 @@ use crate::bounds::Bounds;
 use crate::scene::Scene;
 use glam::{DVec3, Vec3};
 
-/// Luminance of linear sRGB (Rec. 709), of what is positive in it.
-fn luminance(color: Vec3) -> f64 {
-    let color = color.max(Vec3::ZERO).as_dvec3();
-    color.dot(DVec3::new(0.2126, 0.7152, 0.0722))
+/// Luminance of linear sRGB (Rec. 709).
+pub fn luminance(color: Vec3) -> f64 {
+    color.as_dvec3().dot(DVec3::new(0.2126, 0.7152, 0.0722))
 }
 
 /// The point at which lights are compared by their irradiance.
@@ -45,11 +44,8 @@ pub struct SceneMiddle {
 impl SceneMiddle {
     /// The middle of these bounds.
     pub fn of(bounds: Bounds) -> SceneMiddle {
-        let (lo, hi) = if bounds.is_empty() {
-            (DVec3::ZERO, DVec3::ZERO)
-        } else {
-            (bounds.lo.as_dvec3(), bounds.hi.as_dvec3())
-        };
+        let corners = if bounds.is_empty() { [Vec3::ZERO; 2] } else { [bounds.lo, bounds.hi] };
+        let [lo, hi] = corners.map(Vec3::as_dvec3);
         let reach = (hi - lo).length() / 2.0;
         SceneMiddle {
             middle: (lo + hi) / 2.0,

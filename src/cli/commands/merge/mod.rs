@@ -55,12 +55,10 @@ pub fn run(args: &MergeArgs) -> Result<(), CliError> {
     }
     let (window, sequence) = (plan.window(), frames.sequence);
     let ends = sequence.map(|sequence| sequence.frames);
-    let is_linear = args
-        .format
-        .or(ImageFormat::of(&output))
-        .is_some_and(ImageFormat::is_linear);
-    let video =
-        ends.map(|ends| video_rows(&output, ends, (window.width, window.height), is_linear));
+    let format = args.format.or(ImageFormat::of(&output));
+    let is_linear = format.is_some_and(ImageFormat::is_linear);
+    let size = (window.width, window.height);
+    let video = ends.map(|ends| video_rows(&output, ends, size, is_linear));
     let document = MergeDocument {
         plan: &args.plan,
         shards: plan.shards,

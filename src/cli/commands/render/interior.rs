@@ -1,7 +1,7 @@
 //! A hint for rooms: the default camera, which frames the whole model, shows only outer walls.
 //!
-//! A closed object on a large plane is not a room: what encloses it is far from the sides of the
-//! scene's box.
+//! A closed object on a large plane is not a room: its walls are far from the sides of the scene's
+//! box.
 
 use glam::Vec3;
 use phalanx::camera::Camera;
@@ -16,8 +16,8 @@ const MIN_PRIMS: usize = 1000;
 /// Hits per visible primitive above which a few large faces are taken to hide the rest.
 const HITS_PER_PRIM: usize = 16;
 
-/// Share of the way to the sides of the scene's box that is free in most level directions in a
-/// room.
+/// Share of the distance to the sides of the scene's box that is free in most horizontal directions
+/// of a room.
 const FREE_WAY: f32 = 0.25;
 
 /// Vertical field of view of the suggested camera, in degrees.

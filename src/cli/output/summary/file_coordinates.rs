@@ -1,7 +1,7 @@
 //! Reports of the file's coordinates: the origin of the scene's, and the camera in them.
 
 use phalanx::jobs::spec::camera_options;
-use phalanx::scene::{FileView, Scene};
+use phalanx::scene::Scene;
 use serde::Serialize;
 
 /// The camera of a picture, in the coordinates of the scene's file.
@@ -26,19 +26,12 @@ impl CameraReport {
     pub fn of(scene: &Scene, (width, height): (u32, u32)) -> CameraReport {
         let view = scene.shortest_view(&scene.view);
         let options = format!("{} --size {width}x{height}", camera_options(&view));
-        let FileView {
-            eye,
-            center,
-            up,
-            fovy,
-            ortho,
-        } = view;
         CameraReport {
-            from: eye.to_array(),
-            at: center.to_array(),
-            up: up.to_array(),
-            fov: fovy,
-            ortho,
+            from: view.eye.to_array(),
+            at: view.center.to_array(),
+            up: view.up.to_array(),
+            fov: view.fovy,
+            ortho: view.ortho,
             options,
             is_made_up: scene.defaulted.view,
         }

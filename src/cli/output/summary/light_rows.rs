@@ -40,6 +40,11 @@ impl LightRow {
             LightSource::Punctual(light) => {
                 let light = light as usize;
                 let center = lights.center(light);
+                if lights.directional[light] {
+                    named.toward = Some(center.to_array());
+                } else {
+                    named.position = Some(scene.short_position(center).to_array());
+                }
                 named.kind = match lights.shape(light) {
                     _ if !lights.casts_shadows(light) => "fill",
                     LightShape::Point if lights.is_spot(light) => "spot",
@@ -48,10 +53,6 @@ impl LightRow {
                     LightShape::Sphere(_) => "sphere",
                     LightShape::Rectangle(_) => "rectangle",
                 };
-                match lights.directional[light] {
-                    true => named.toward = Some(center.to_array()),
-                    false => named.position = Some(scene.short_position(center).to_array()),
-                }
             }
             LightSource::Triangle(first) => {
                 let [_, name] = scene.names.of_prim(scene.resolve(first).prim);
@@ -64,21 +65,22 @@ impl LightRow {
     }
 
     fn words(&self) -> Vec<String> {
-        // Rounding errors and minus signs of zeros are left out.
-        let rounded = |c: f32| (f64::from(c) * 1000.0).round() / 1000.0 + 0.0;
-        let place = |[x, y, z]: [f64; 3]| format!("({x}, {y}, {z})");
-        let what = [
-            self.name
-                .as_ref()
-                .map(|name| format!("`{}`", shown_text(name))),
-            self.triangles
-                .map(|count| format!("{} {}", grouped(count), plural(count as usize, "triangle"))),
-            self.position
-                .map(|position| format!("at {}", place(position))),
-            self.toward
-                .map(|toward| format!("from {}", place(toward.map(rounded)))),
-        ];
-        let what = Vec::from_iter(what.into_iter().flatten()).join(", ");
+        let what = if let Some([x, y, z]) = self.position {
+            format!("at ({x}, {y}, {z})")
+        } else if let Some(toward) = self.toward {
+            // Hides rounding errors and the signs of zeros.
+            let [x, y, z] = toward.map(|c| (f64::from(c) * 1000.0).round() / 1000.0 + 0.0);
+            format!("from ({x}, {y}, {z})")
+        } else if let Some(count) = self.triangles {
+            let name = self
+                .name
+                .as_deref()
+                .map(|name| format!("`{}`, ", shown_text(name)));
+            let (name, triangles) = (name.unwrap_or_default(), plural(count as usize, "triangle"));
+            format!("{name}{} {triangles}", grouped(count))
+        } else {
+            String::new()
+        };
         vec![self.kind.to_owned(), what, percent(self.share)]
     }
 
