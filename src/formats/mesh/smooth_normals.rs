@@ -122,7 +122,7 @@ impl<'a> BareMesh<'a> {
             let object = objects.partition_point(|&first| first as usize <= row);
             let [x, y, z] = vertices;
             let bits = |column: &[f32]| (column[row] + 0.0).to_bits();
-            ([bits(x), bits(y), bits(z)], object)
+            [bits(x), bits(y), bits(z), object as u32]
         });
         let mut mesh = BareMesh {
             vertices,
