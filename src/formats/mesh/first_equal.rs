@@ -13,7 +13,7 @@ use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 /// Bytes of a row meanwhile: its answer, and its part of a share's buckets.
 pub(crate) const FIRST_EQUAL_BYTES: u64 = 14;
 /// Shares of a thread, which it has one after the other.
-const TURNS: usize = 2;
+const TURNS: usize = 1;
 /// Number of rows of a bucket, which is in a fast cache together with its table.
 const BUCKET: usize = 1 << 12;
 
