@@ -31,7 +31,11 @@ impl Facet {
         if length == 0.0 {
             return Facet::default();
         }
-        let (ab, bc, ca) = (ab.length_squared(), bc.length_squared(), ca.length_squared());
+        let (ab, bc, ca) = (
+            ab.length_squared(),
+            bc.length_squared(),
+            ca.length_squared(),
+        );
         Facet {
             normal,
             unit: 1.0 / length,
@@ -95,12 +99,18 @@ impl Fan {
     #[inline]
     pub(super) fn whole(&self, half: f64) -> Option<DVec3> {
         let all = unit(self.sum);
-        let is_whole = self.facets.iter().all(|facet| dot(all, facet.normal) >= half);
+        let is_whole = self
+            .facets
+            .iter()
+            .all(|facet| dot(all, facet.normal) >= half);
         is_whole.then_some(all)
     }
 
+    /// Returns true if the product of a facet's normal with this one is less than `flat`.
     pub(super) fn is_bent(&self, normal: DVec3, flat: f64) -> bool {
-        self.facets.iter().any(|facet| dot(normal, facet.normal) < flat)
+        self.facets
+            .iter()
+            .any(|facet| dot(normal, facet.normal) < flat)
     }
 
     /// Calls `take` with the number of each facet, and the normal of its corner, after its product

@@ -10,10 +10,9 @@ use phalanx_scene::huge_pages::zeroed;
 use std::hash::BuildHasher;
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
-/// Bytes of a row meanwhile: its answer, and its part of a share's buckets.
-pub(crate) const FIRST_EQUAL_BYTES: u64 = 14;
+/// Bytes of a row meanwhile: its answer, and its place in a bucket.
+pub(crate) const FIRST_EQUAL_BYTES: u64 = 24;
 /// Shares of a thread, which it has one after the other.
-const TURNS: usize = 1;
 /// Number of rows of a bucket, which is in a fast cache together with its table.
 const BUCKET: usize = 1 << 12;
 
@@ -29,7 +28,7 @@ pub(crate) fn first_equal(
         hasher.hash_one((pair(x, y), pair(z, w)))
     };
     let scaled = |bits: u64, count: usize| ((bits & 0xffff_ffff) * count as u64 >> 32) as usize;
-    let shares = threads.clamp(1, 64) * TURNS;
+    let shares = threads.clamp(1, 64);
     let buckets = rows / shares / BUCKET + 1;
     let firsts: Vec<AtomicU32> = (zeroed(rows).into_iter()).map(AtomicU32::new).collect();
     workers::map(threads, (0..shares).collect(), |share| {
@@ -39,7 +38,9 @@ pub(crate) fn first_equal(
             let bucket = scaled(hash(key) >> 32, shares * buckets);
             Some(bucket.wrapping_sub(share * buckets)).filter(|&bucket| bucket < buckets)
         };
-        (0..rows).filter_map(|row| own(key(row))).for_each(|k| ends[k + 2] += 1);
+        (0..rows)
+            .filter_map(|row| own(key(row)))
+            .for_each(|k| ends[k + 2] += 1);
         for k in 2..ends.len() {
             ends[k] += ends[k - 1];
         }

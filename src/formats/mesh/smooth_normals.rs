@@ -45,7 +45,8 @@ const MARGIN: f64 = 1e-6;
 
 /// Gives vertex normals to the triangles that have none, smooth up to an angle in degrees. Objects,
 /// given by their first vertices, ascending, are apart from each other. Returns false, and changes
-/// nothing, if there are no such triangles, or if nothing of them is smooth: flat faces stay flat.
+/// nothing, if there are no such triangles, if nothing of them is smooth, so that flat faces stay
+/// flat, or if there are more corners than numbers.
 pub(crate) fn add_smooth_normals(
     triangles: &mut Triangles,
     objects: &[u32],
@@ -55,6 +56,9 @@ pub(crate) fn add_smooth_normals(
 ) -> Result<bool, OverLimit> {
     let what = "for smooth normals";
     let [count, vertices] = [triangles.len(), triangles.vertices.len()];
+    if u32::try_from(3 * count).is_err() {
+        return Ok(false);
+    }
     let most = ROW_BYTES + FAN_BYTES + 3 * NORMAL_BYTES;
     memory.lend(count as u64 * most + vertices as u64 * VERTEX_BYTES, what)?;
     let angle = (f64::from(angle) + ROUNDING).min(180.0).to_radians();
@@ -130,12 +134,17 @@ impl<'a> BareMesh<'a> {
                     let [a, b, c] = triangles.corners[k];
                     let [a, b, c] = [fan(a), fan(b), fan(c)];
                     *row = [a, b, c];
-                    bounds = [bounds[0].min(a).min(b).min(c), bounds[1].max(a).max(b).max(c)];
+                    bounds = [
+                        bounds[0].min(a).min(b).min(c),
+                        bounds[1].max(a).max(b).max(c),
+                    ];
                 }
             }
             bounds
         });
-        let rows = rows.into_iter().map(|[a, b, c]| [a.into(), b.into(), c.into()]);
+        let rows = rows
+            .into_iter()
+            .map(|[a, b, c]| [a.into(), b.into(), c.into()]);
         BareMesh {
             vertices,
             corners: &triangles.corners,
