@@ -10,9 +10,43 @@ use std::ops::Range;
 /// Largest number of facets in a leaf.
 const LEAF: usize = 32;
 
+/// A triangle, for fans around its corners.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Facet {
+    /// Its normal; 0 without an area.
+    normal: DVec3,
+    /// What makes that a unit normal.
+    unit: f64,
+    /// The weight at each corner.
+    weights: [f64; 3],
+}
+
+impl Facet {
+    /// The facet of these vertices. Without an area, it weighs nothing.
+    #[inline]
+    pub(super) fn of([a, b, c]: [DVec3; 3]) -> Facet {
+        let [ab, bc, ca] = [b - a, c - b, a - c];
+        let normal = ca.cross(ab);
+        let length = normal.length();
+        if length == 0.0 {
+            return Facet::default();
+        }
+        let (ab, bc, ca) = (
+            ab.length_squared(),
+            bc.length_squared(),
+            ca.length_squared(),
+        );
+        Facet {
+            normal,
+            unit: 1.0 / length,
+            weights: [1.0 / (ca * ab), 1.0 / (ab * bc), 1.0 / (bc * ca)],
+        }
+    }
+}
+
 /// A facet, seen from one of its corners.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct FanFacet {
+struct FanFacet {
     /// Unit normal of the facet.
     normal: DVec3,
     /// The normal with the weight of the corner.
@@ -37,30 +71,46 @@ struct FanNode {
 #[derive(Default)]
 pub(super) struct Fan {
     facets: Vec<FanFacet>,
+    /// Sum of their weighted normals, in their order.
+    sum: DVec3,
     nodes: Vec<FanNode>,
 }
 
 impl Fan {
     pub(super) fn clear(&mut self) {
         self.facets.clear();
+        self.sum = DVec3::ZERO;
         self.nodes.clear();
     }
 
-    /// Adds the next facet, by its vertices, of which this one is the fan's. Its normal is computed
-    /// alike for each of them. That of a facet without an area is 0, and weighs nothing.
+    /// Adds the next facet, of which this corner is at the vertex.
     #[inline]
-    pub(super) fn push(&mut self, [a, b, c]: [DVec3; 3], corner: usize) {
-        let [ab, bc, ca] = [b - a, c - b, a - c];
-        let last = ca.length_squared();
-        let edges = [last, ab.length_squared(), bc.length_squared(), last];
-        let normal = ca.cross(ab);
-        let [length, squares] = [normal.length(), edges[corner] * edges[corner + 1]];
-        let [unit, weight] = if length > 0.0 { [1.0 / length, 1.0 / squares] } else { [0.0; 2] };
+    pub(super) fn push(&mut self, facet: &Facet, corner: usize) {
+        let weighted = facet.normal * facet.weights[corner];
+        self.sum += weighted;
         self.facets.push(FanFacet {
-            normal: normal * unit,
-            weighted: normal * weight,
+            normal: facet.normal * facet.unit,
+            weighted,
             number: self.facets.len() as u32,
         });
+    }
+
+    /// The mean of all facets, if its product with each is at least `half`.
+    #[inline]
+    pub(super) fn whole(&self, half: f64) -> Option<DVec3> {
+        let all = unit(self.sum);
+        let is_whole = self
+            .facets
+            .iter()
+            .all(|facet| dot(all, facet.normal) >= half);
+        is_whole.then_some(all)
+    }
+
+    /// Returns true if the product of a facet's normal with this one is less than `flat`.
+    pub(super) fn is_bent(&self, normal: DVec3, flat: f64) -> bool {
+        self.facets
+            .iter()
+            .any(|facet| dot(normal, facet.normal) < flat)
     }
 
     /// Calls `take` with the number of each facet, and the normal of its corner, after its product

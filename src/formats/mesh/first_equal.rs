@@ -7,55 +7,76 @@
 use crate::text::workers;
 use foldhash::quality::RandomState;
 use phalanx_scene::huge_pages::zeroed;
-use std::hash::{BuildHasher, Hash};
+use std::hash::BuildHasher;
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
-/// Bytes of a row meanwhile: its answer, and its part of a table.
-pub(crate) const FIRST_EQUAL_BYTES: u64 = 10;
-/// Places of a table beyond half as many again as the rows that it is for: enough, whatever the
-/// share of the keys that it gets.
-const SPARE: usize = 1 << 10;
-
-/// Number of rows whose places are read at once.
-const AHEAD: usize = 32;
+/// Bytes of a row meanwhile: its answer, and its place in a bucket.
+pub(crate) const FIRST_EQUAL_BYTES: u64 = 24;
+/// Number of rows of a bucket, which is in a fast cache together with its table.
+const BUCKET: usize = 1 << 12;
 
 /// For each row, the first one with an equal key.
-pub(crate) fn first_equal<K: Eq + Hash>(
+pub(crate) fn first_equal(
     rows: usize,
     threads: usize,
-    key: impl Fn(usize) -> K + Sync,
+    key: impl Fn(usize) -> [u32; 4] + Sync,
 ) -> Vec<u32> {
     let hasher = RandomState::default();
+    let hash = |[x, y, z, w]: [u32; 4]| {
+        let pair = |a: u32, b: u32| u64::from(a) << 32 | u64::from(b);
+        hasher.hash_one((pair(x, y), pair(z, w)))
+    };
+    let scaled = |bits: u64, count: usize| ((bits & 0xffff_ffff) * count as u64 >> 32) as usize;
     let shares = threads.clamp(1, 64);
-    let firsts = std::iter::repeat_with(AtomicU32::default);
-    let firsts: Vec<AtomicU32> = firsts.take(rows).collect();
-    workers::map(threads, (0..shares as u64).collect(), |share| {
-        // Each place has the first row of a key, counted from 1; or 0.
-        let mut places: Vec<u32> = zeroed(rows / shares * 3 / 2 + SPARE);
-        let scaled = |bits: u64, count: usize| ((bits & 0xffff_ffff) * count as u64) >> 32;
-        let mut ahead = [(0, 0, 0); AHEAD];
-        for first in (0..rows).step_by(AHEAD) {
-            // Reads of all places of a block wait for memory at once.
-            let mut count = 0;
-            for row in first..rows.min(first + AHEAD) {
-                let hash = hasher.hash_one(key(row));
-                let place = scaled(hash, places.len()) as usize;
-                ahead[count] = (row, place, places[place]);
-                count += usize::from(scaled(hash >> 32, shares) == share);
+    let buckets = rows / shares / BUCKET + 1;
+    let firsts: Vec<AtomicU32> = (zeroed(rows).into_iter()).map(AtomicU32::new).collect();
+    workers::map(threads, (0..shares).collect(), |share| {
+        // Where each bucket ends, two places behind its own: then where it is filled next.
+        let mut ends = vec![0; buckets + 2];
+        let own = |key| {
+            let bucket = scaled(hash(key) >> 32, shares * buckets);
+            Some(bucket.wrapping_sub(share * buckets)).filter(|&bucket| bucket < buckets)
+        };
+        (0..rows)
+            .filter_map(|row| own(key(row)))
+            .for_each(|k| ends[k + 2] += 1);
+        for k in 2..ends.len() {
+            ends[k] += ends[k - 1];
+        }
+        let mut keys: Vec<[u32; 5]> = zeroed(ends[buckets + 1]);
+        for row in 0..rows {
+            let key = key(row);
+            if let Some(k) = own(key) {
+                let [x, y, z, w] = key;
+                keys[ends[k + 1]] = [x, y, z, w, row as u32];
+                ends[k + 1] += 1;
             }
-            for &(row, mut place, mut taken) in &ahead[..count] {
-                if taken == 0 {
-                    taken = places[place];
-                }
-                while taken != 0 && key(taken as usize - 1) != key(row) {
+        }
+        let mut places = Vec::new();
+        for bucket in ends.windows(2).take(buckets) {
+            let bucket = &keys[bucket[0]..bucket[1]];
+            // Each place has the first row of a key, counted from 1; or 0.
+            places.clear();
+            places.resize(bucket.len() * 3 / 2 + 1, 0u32);
+            for (number, &[x, y, z, w, row]) in (1..).zip(bucket) {
+                let key = [x, y, z, w];
+                let mut place = scaled(hash(key), places.len());
+                let first = loop {
+                    match places[place] {
+                        0 => {
+                            places[place] = number;
+                            break row;
+                        }
+                        taken => {
+                            let other = bucket[taken as usize - 1];
+                            if other[..4] == key {
+                                break other[4];
+                            }
+                        }
+                    }
                     place = (place + 1) % places.len();
-                    taken = places[place];
-                }
-                if taken == 0 {
-                    taken = row as u32 + 1;
-                    places[place] = taken;
-                }
-                firsts[row].store(taken - 1, Relaxed);
+                };
+                firsts[row as usize].store(first, Relaxed);
             }
         }
     });
@@ -71,7 +92,7 @@ mod tests {
         let rows = 50_017;
         let keys = [1, 7, rows / 3, rows];
         for keys in keys {
-            let key = |row: usize| row * 7919 % keys;
+            let key = |row: usize| [7, (row * 7919 % keys) as u32, 0, (row % 3 % keys) as u32];
             let mut seen = std::collections::HashMap::new();
             let expected = (0..rows).map(|row| *seen.entry(key(row)).or_insert(row as u32));
             let expected: Vec<u32> = expected.collect();
@@ -83,6 +104,6 @@ mod tests {
                 );
             }
         }
-        assert!(first_equal(0, 2, |row| row).is_empty());
+        assert!(first_equal(0, 2, |_| [0; 4]).is_empty());
     }
 }

@@ -5,46 +5,48 @@
 //! weight sin α / (|a| |b|), for edges a and b that enclose α (Max, "Weights for computing vertex
 //! normals from facet normals", 1999): cross(a, b) / (|a|² |b|²). So edges beyond the angle stay.
 //!
-//! Each thread has a share of the vertices, and passes through all triangles for those around
-//! them. Each sum is in the order of the triangles, so no bit depends on the number of threads.
+//! Each thread has a share of the vertices, and passes through the triangles for those around them.
+//! Each sum is in the order of the triangles, so no bit depends on the number of threads.
 
 use super::faces::NONE;
-use super::fan::Fan;
+use super::fan::{Facet, Fan};
 use super::first_equal::{FIRST_EQUAL_BYTES, first_equal};
 use crate::memory::{MemoryLedger, OverLimit};
 use crate::text::workers;
 use glam::{DVec3, Vec3};
-use phalanx_scene::huge_pages::{room, zeroed};
+use phalanx_scene::huge_pages::zeroed;
 use phalanx_scene::{SMOOTH_SLOPE, Triangles, Vec3s};
 use std::ops::Range;
+use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 /// Number of triangles that a thread takes at a time.
 const BLOCK: usize = 1 << 14;
 /// Most shares of vertices.
 const SHARES: usize = 64;
+/// Number of facets that a thread keeps for the vertices that follow, which mostly share them.
+const KEPT: usize = 1 << 12;
 
 /// Bytes of a triangle's references to normals.
 const ROW_BYTES: u64 = 12;
 /// Bytes of a normal.
 const NORMAL_BYTES: u64 = 12;
-/// Bytes of a triangle while normals are made: its corners in fans, each with its normal's number.
-const FAN_BYTES: u64 = 24;
-/// Bytes of a vertex while normals are made: its fan, and the fan's beginning, twice.
-const VERTEX_BYTES: u64 = FIRST_EQUAL_BYTES + 8;
+/// Bytes of a triangle while normals are made: its corners in fans.
+const FAN_BYTES: u64 = 12;
+/// Bytes of a vertex while normals are made: its fan, and the fan's beginning.
+const VERTEX_BYTES: u64 = FIRST_EQUAL_BYTES + 4;
 
 /// Degrees that are added to the angle, so that in a prism of as many sides as its angle allows
 /// the rounding of coordinates decides nothing.
 const ROUNDING: f64 = 0.05;
 
-/// Smallest dot product of the normals of facets between which corners are smooth up to an angle
-/// in degrees.
-fn least_dot(angle: f32) -> f64 {
-    libm::cos((f64::from(angle) + ROUNDING).min(180.0).to_radians())
-}
+/// What is added to the cosine of half the angle, so that no rounding decides whether facets so
+/// near to a normal are within the angle of each other.
+const MARGIN: f64 = 1e-6;
 
 /// Gives vertex normals to the triangles that have none, smooth up to an angle in degrees. Objects,
 /// given by their first vertices, ascending, are apart from each other. Returns false, and changes
-/// nothing, if there are no such triangles, or if nothing of them is smooth: flat faces stay flat.
+/// nothing, if there are no such triangles, if nothing of them is smooth, so that flat faces stay
+/// flat, or if there are more corners than numbers.
 pub(crate) fn add_smooth_normals(
     triangles: &mut Triangles,
     objects: &[u32],
@@ -54,48 +56,43 @@ pub(crate) fn add_smooth_normals(
 ) -> Result<bool, OverLimit> {
     let what = "for smooth normals";
     let [count, vertices] = [triangles.len(), triangles.vertices.len()];
+    if u32::try_from(3 * count).is_err() {
+        return Ok(false);
+    }
     let most = ROW_BYTES + FAN_BYTES + 3 * NORMAL_BYTES;
     memory.lend(count as u64 * most + vertices as u64 * VERTEX_BYTES, what)?;
+    let angle = (f64::from(angle) + ROUNDING).min(180.0).to_radians();
     let mesh = BareMesh::of(triangles, objects, threads);
     let share = vertices.div_ceil(threads.clamp(1, SHARES)).max(1);
     let ranges = (0..vertices).step_by(share);
     let ranges = ranges.map(|first| first..vertices.min(first + share));
-    let least = least_dot(angle);
-    let fans = workers::map(threads, ranges.collect(), |range| {
-        Fans::of(&mesh, range, least)
-    });
+    let fans = workers::map(threads, ranges.collect(), |range| Fans::of(&mesh, range));
+    // From here on, numbers of normals take the places of fans.
+    let fans = workers::map(threads, fans, |fans| fans.smoothed(&mesh, angle));
     if !fans.iter().any(|fans| fans.is_smooth) {
         return Ok(false);
     }
     let normals: usize = fans.iter().map(|fans| fans.normals.len()).sum();
     let bytes = count as u64 * ROW_BYTES + normals as u64 * NORMAL_BYTES;
     memory.take(bytes, what)?;
-    let mut rows = mesh.rows;
     let mut next = triangles.vertex_normals.len();
-    let firsts = fans.iter().map(|fans| {
+    let fans = fans.into_iter().map(|fans| {
         next += fans.normals.len();
-        (next - fans.normals.len()) as u32
+        ((next - fans.normals.len()) as u32, fans)
     });
-    let firsts: Vec<u32> = firsts.collect();
-    let number = |row: u32, fan: u32| {
-        let k = fan as usize / share;
-        firsts[k] + fans[k].number(fan, row)
-    };
-    let blocks = (0..).step_by(BLOCK).zip(rows.chunks_mut(BLOCK)).collect();
-    workers::map(threads, blocks, |(first, block): (u32, &mut [[u32; 3]])| {
-        let bare = (first..).zip(block).filter(|(_, row)| row[0] != NONE);
-        for (k, row) in bare {
-            let [a, b, c] = *row;
-            *row = [number(k, a), number(k, b), number(k, c)];
+    let normals = workers::map(threads, fans.collect(), |(first, fans)| {
+        let corners = if first > 0 { &fans.corners[..] } else { &[] };
+        for corner in corners.iter().map(|&corner| mesh.row(corner)) {
+            corner.store(corner.load(Relaxed) + first, Relaxed);
         }
+        fans.normals
     });
-    let mut columns = workers::map(threads, vec![0, 1, 2], |axis: usize| {
-        let mut column = room(normals);
-        column.extend(fans.iter().flat_map(|fans| &fans.normals).map(|n| n[axis]));
-        column.into()
-    });
-    let [z, y, x] = [(); 3].map(|()| columns.pop().unwrap_or_default());
-    triangles.vertex_normals.append(Vec3s { x, y, z });
+    let rows = mesh.rows.into_iter();
+    let rows = rows.map(|[a, b, c]| [a.into_inner(), b.into_inner(), c.into_inner()]);
+    let mut rows: Vec<[u32; 3]> = rows.collect();
+    for normals in normals {
+        triangles.vertex_normals.append(normals);
+    }
     if !triangles.normals.is_empty() {
         let own = rows.iter_mut().zip(triangles.normals.iter());
         own.filter(|(row, _)| row[0] == NONE)
@@ -109,9 +106,11 @@ pub(crate) fn add_smooth_normals(
 struct BareMesh<'a> {
     vertices: [&'a [f32]; 3],
     corners: &'a [[u32; 3]],
-    /// The fan of each corner, which is the number of its first vertex; three times [`NONE`] for
-    /// triangles with normals.
-    rows: Vec<[u32; 3]>,
+    /// The fan of each corner, which is the number of its first vertex, and then its normal; three
+    /// times [`NONE`] for triangles with normals.
+    rows: Vec<[AtomicU32; 3]>,
+    /// The first and the last fan of each block of triangles.
+    bounds: Vec<[u32; 2]>,
 }
 
 impl<'a> BareMesh<'a> {
@@ -122,25 +121,58 @@ impl<'a> BareMesh<'a> {
             let object = objects.partition_point(|&first| first as usize <= row);
             let [x, y, z] = vertices;
             let bits = |column: &[f32]| (column[row] + 0.0).to_bits();
-            ([bits(x), bits(y), bits(z)], object)
+            [bits(x), bits(y), bits(z), object as u32]
         });
-        let mut mesh = BareMesh {
-            vertices,
-            corners: &triangles.corners,
-            rows: Vec::new(),
-        };
         let mut rows: Vec<[u32; 3]> = zeroed(triangles.len());
         let blocks = (0..).step_by(BLOCK).zip(rows.chunks_mut(BLOCK)).collect();
-        workers::map(threads, blocks, |(first, block): (usize, &mut [_])| {
+        let bounds = workers::map(threads, blocks, |(first, block): (usize, &mut [_])| {
+            let mut bounds = [NONE, 0];
             for (k, row) in (first..).zip(block) {
-                let is_bare = triangles.normal_rows(k).is_none();
-                let [a, b, c] = mesh.corners[k];
-                let fan = |vertex: u32| fans[vertex as usize];
-                *row = if is_bare { [fan(a), fan(b), fan(c)] } else { [NONE; 3] };
+                *row = [NONE; 3];
+                if triangles.normal_rows(k).is_none() {
+                    let fan = |vertex: u32| fans[vertex as usize];
+                    let [a, b, c] = triangles.corners[k];
+                    let [a, b, c] = [fan(a), fan(b), fan(c)];
+                    *row = [a, b, c];
+                    bounds = [
+                        bounds[0].min(a).min(b).min(c),
+                        bounds[1].max(a).max(b).max(c),
+                    ];
+                }
             }
+            bounds
         });
-        mesh.rows = rows;
-        mesh
+        let rows = rows
+            .into_iter()
+            .map(|[a, b, c]| [a.into(), b.into(), c.into()]);
+        BareMesh {
+            vertices,
+            corners: &triangles.corners,
+            rows: rows.collect(),
+            bounds,
+        }
+    }
+
+    /// What stands for a corner: its fan, and then its normal.
+    #[inline]
+    fn row(&self, corner: u32) -> &AtomicU32 {
+        &self.rows.as_flattened()[corner as usize]
+    }
+
+    /// Calls `take` with each corner of the fans of a range, and the number of its fan in the range.
+    #[inline]
+    fn each_corner(&self, range: &Range<usize>, mut take: impl FnMut(usize, u32)) {
+        let blocks = (0..).step_by(3 * BLOCK).zip(self.rows.chunks(BLOCK));
+        for ((first, block), &[lo, hi]) in blocks.zip(&self.bounds) {
+            if (lo as usize) < range.end && hi as usize >= range.start {
+                for (corner, fan) in (first..).zip(block.as_flattened()) {
+                    let k = (fan.load(Relaxed) as usize).wrapping_sub(range.start);
+                    if k < range.len() {
+                        take(k, corner);
+                    }
+                }
+            }
+        }
     }
 
     /// Positions of a triangle's corners.
@@ -159,85 +191,78 @@ impl<'a> BareMesh<'a> {
 
 /// Fans of a range of vertices.
 struct Fans {
-    /// Number of the first.
-    first: u32,
     /// The first corner of each, and their end.
     starts: Vec<u32>,
-    /// Triangles around each vertex, in their order, and which corner is there; then the number of
-    /// its normal.
-    corners: Vec<[u32; 2]>,
-    normals: Vec<Vec3>,
+    /// Corners around each vertex, in the order of their triangles.
+    corners: Vec<u32>,
+    normals: Vec3s,
     /// True if any of the normals is not that of a facet.
     is_smooth: bool,
 }
 
 impl Fans {
-    fn of(mesh: &BareMesh, range: Range<usize>, least: f64) -> Fans {
-        let first = range.start as u32;
-        let mut fans = Fans {
-            first,
-            starts: vec![0; range.len() + 1],
-            corners: Vec::new(),
-            normals: Vec::new(),
-            is_smooth: false,
-        };
-        let within = |fan: u32| Some(fan.wrapping_sub(first) as usize).filter(|&k| k < range.len());
-        let all = || mesh.rows.as_flattened().iter();
-        all()
-            .filter_map(|&fan| within(fan))
-            .for_each(|k| fans.starts[k + 1] += 1);
-        for k in 1..fans.starts.len() {
-            fans.starts[k] += fans.starts[k - 1];
+    fn of(mesh: &BareMesh, range: Range<usize>) -> Fans {
+        // Where each fan ends, two places behind its own: then where it is filled next.
+        let mut starts = vec![0; range.len() + 2];
+        mesh.each_corner(&range, |k, _| starts[k + 2] += 1);
+        for k in 2..starts.len() {
+            starts[k] += starts[k - 1];
         }
-        fans.corners = zeroed(fans.starts[range.len()] as usize);
-        let mut ends = fans.starts.clone();
-        for (triangle, row) in mesh.rows.iter().enumerate() {
-            for (corner, &fan) in (0..).zip(row) {
-                if let Some(k) = within(fan) {
-                    fans.corners[ends[k] as usize] = [triangle as u32, corner];
-                    ends[k] += 1;
-                }
-            }
-        }
-        let mut fan = Fan::default();
-        for k in 0..range.len() {
-            fans.smooth(mesh, k, &mut fan, least);
-        }
-        fans
-    }
-
-    /// Makes the normals of a fan.
-    fn smooth(&mut self, mesh: &BareMesh, k: usize, fan: &mut Fan, least: f64) {
-        let corners = &mut self.corners[self.starts[k] as usize..self.starts[k + 1] as usize];
-        if corners.is_empty() {
-            return;
-        }
-        fan.clear();
-        for &[triangle, corner] in &*corners {
-            fan.push(mesh.points(triangle as usize), corner as usize);
-        }
-        let before = self.normals.len();
-        fan.corner_normals(least, |number, along, normal| {
-            let has_area = normal != DVec3::ZERO;
-            self.is_smooth |= has_area && along < FLAT;
-            let normal = if has_area { normal.as_vec3() } else { Vec3::Z };
-            let last = self.normals.len();
-            let mut like = before.max(last.saturating_sub(LIKE))..last;
-            let known = like.find(|&row| self.normals[row] == normal);
-            if known.is_none() {
-                self.normals.push(normal);
-            }
-            corners[number as usize][1] = known.unwrap_or(last) as u32;
+        let mut corners = zeroed(starts[range.len() + 1] as usize);
+        mesh.each_corner(&range, |k, corner| {
+            corners[starts[k + 1] as usize] = corner;
+            starts[k + 1] += 1;
         });
+        Fans {
+            starts,
+            corners,
+            normals: Vec3s::default(),
+            is_smooth: false,
+        }
     }
 
-    /// Number of the normal of a triangle's corner in a fan.
-    #[inline]
-    fn number(&self, fan: u32, triangle: u32) -> u32 {
-        let k = (fan - self.first) as usize;
-        let corners = &self.corners[self.starts[k] as usize..self.starts[k + 1] as usize];
-        let row = corners.binary_search_by_key(&triangle, |corner| corner[0]);
-        corners[row.unwrap_or(0)][1]
+    /// Makes the normals of all fans.
+    fn smoothed(mut self, mesh: &BareMesh, angle: f64) -> Fans {
+        let least = libm::cos(angle);
+        let half = libm::cos(0.5 * angle) + MARGIN;
+        let mut fan = Fan::default();
+        let mut kept = vec![(NONE, Facet::default()); KEPT];
+        let ends = &self.starts[..self.starts.len() - 1];
+        for range in ends.windows(2).filter(|range| range[0] < range[1]) {
+            let corners = &self.corners[range[0] as usize..range[1] as usize];
+            fan.clear();
+            for &corner in corners {
+                let triangle = corner / 3;
+                let kept = &mut kept[triangle as usize % KEPT];
+                if kept.0 != triangle {
+                    *kept = (triangle, Facet::of(mesh.points(triangle as usize)));
+                }
+                fan.push(&kept.1, corner as usize % 3);
+            }
+            let before = self.normals.len();
+            if let Some(normal) = fan.whole(half) {
+                self.is_smooth = self.is_smooth || fan.is_bent(normal, FLAT);
+                self.normals.push(normal.as_vec3());
+                for &corner in corners {
+                    mesh.row(corner).store(before as u32, Relaxed);
+                }
+                continue;
+            }
+            fan.corner_normals(least, |number, along, normal| {
+                let has_area = normal != DVec3::ZERO;
+                self.is_smooth |= has_area && along < FLAT;
+                let normal = if has_area { normal.as_vec3() } else { Vec3::Z };
+                let last = self.normals.len();
+                let mut like = before.max(last.saturating_sub(LIKE))..last;
+                let known = like.find(|&row| self.normals.get(row) == normal);
+                if known.is_none() {
+                    self.normals.push(normal);
+                }
+                let row = mesh.row(corners[number as usize]);
+                row.store(known.unwrap_or(last) as u32, Relaxed);
+            });
+        }
+        self
     }
 }
 

@@ -266,10 +266,10 @@ fn a_pole_of_many_triangles_takes_no_time_of_their_square() {
 fn memory_counts_before_it_is_used() {
     let mut cube = soup(&cube());
     let count = cube.len() as u64;
-    let memory = MemoryLedger::of(Some(count * 72 - 1));
+    let memory = MemoryLedger::of(Some(count * 60 - 1));
     let refusal = add_smooth_normals(&mut cube, &[], 100.0, 1, &memory).unwrap_err();
     assert!(refusal.what.contains("smooth normals") && cube.normals.is_empty());
-    let memory = MemoryLedger::of(Some(count * (72 + 3 * 18)));
+    let memory = MemoryLedger::of(Some(count * (60 + 3 * 28)));
     assert_eq!(
         add_smooth_normals(&mut cube, &[], 100.0, 1, &memory),
         Ok(true)

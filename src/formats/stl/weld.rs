@@ -45,7 +45,10 @@ pub(super) fn weld(
     corner: impl Fn(usize) -> [u32; 3] + Sync,
 ) -> Welded {
     // For each corner, the first one with the same bits; then its vertex's number.
-    let mut numbers = first_equal(3 * facets, threads, &corner);
+    let mut numbers = first_equal(3 * facets, threads, |row| {
+        let [x, y, z] = corner(row);
+        [x, y, z, 0]
+    });
     let mut welded = Welded {
         vertices: Vec3s::default(),
         corners: Vec::with_capacity(facets),
