@@ -1,10 +1,10 @@
 //! Automatic exposure, as by an incident light meter.
 //!
 //! A meter of reflected light makes white models grey and dark ones pale, because it cannot know
-//! what they reflect. Here the albedo is known: radiance divided by it is the light on a surface.
-//! The exposure brings the upper quartile of that light to [`KEY`], so that well-lit surfaces show
-//! their own colour, whatever the units of lamps. Neither shadows on three quarters of the visible
-//! surfaces nor lamps on one quarter change it.
+//! what they reflect. Here the albedo is known: radiance without mirrors' reflections, divided by
+//! the albedo, is the light on a surface. The exposure brings the upper quartile of that light to
+//! [`KEY`], so that well-lit surfaces show their own colour, whatever the units of lamps. Neither
+//! shadows on three quarters of the visible surfaces nor lamps on one quarter change it.
 
 use phalanx_image::MAX_EXPOSURE;
 use phalanx_render::Film;
@@ -59,7 +59,7 @@ pub fn measure_exposure(
         height: shrunk(settings.height),
         region: None,
         sampling: Sampling::CENTER,
-        aovs: Aovs::default().with(Aov::Albedo),
+        aovs: Aovs::default().with(Aov::Albedo).with(Aov::Direct),
         record_hits: true,
         ..settings.clone()
     };
@@ -83,14 +83,16 @@ fn square_lights(film: &Film) -> Vec<f32> {
     let hits = film.hits.iter().flat_map(|hits| &hits.prim_id);
     for (k, _) in hits.enumerate().filter(|(_, prim)| **prim != NO_HIT) {
         let luminance_at = |planes: &[Vec<f32>]| luminance([0, 1, 2].map(|c| planes[c][k]).into());
-        let (radiance, albedo) = (
-            luminance_at(&film.planes),
-            luminance_at(film.layer(Aov::Albedo)).min(1.0),
-        );
+        let albedo = luminance_at(film.layer(Aov::Albedo)).min(1.0);
+        let (seen, albedo) = if albedo < LEAST_ALBEDO {
+            (&film.planes[..], GREY)
+        } else {
+            (film.layer(Aov::Direct), albedo)
+        };
+        let radiance = luminance_at(seen);
         // Neither NaN nor infinite values say how much light there is.
         if radiance.is_finite() {
             let sum = &mut sums[k / width / SQUARE * columns + k % width / SQUARE];
-            let albedo = if albedo < LEAST_ALBEDO { GREY } else { albedo };
             *sum = [sum[0] + radiance.max(0.0), sum[1] + albedo];
         }
     }
@@ -108,21 +110,25 @@ mod tests {
     #[test]
     fn squares_have_the_light_on_what_is_hit() {
         let side = SQUARE as u32;
-        let mut film = Film::new(5 * side, side, true).with_aovs(Aovs::default().with(Aov::Albedo));
+        let layers = Aovs::default().with(Aov::Albedo).with(Aov::Direct);
+        let mut film = Film::new(5 * side, side, true).with_aovs(layers);
         let mut hits = film.hits.take().unwrap_or_default();
         for k in 0..film.planes[0].len() {
             let (square, odd) = (k % (5 * SQUARE) / SQUARE, k % 2 == 0);
             let light = match square {
                 0 if odd => [f32::NAN, f32::INFINITY, -1.0][k % 3],
                 0 | 1 => 0.25,
-                2 => 0.2,
+                2 => 0.1,
                 3 => 1e30,
                 _ => 0.0,
             };
             let albedo = [0.5, 0.125, 0.01, 0.0, 0.5][square];
+            // What a mirror reflects is not the light on it, unless there is nothing else.
+            let reflected = [0.0, 4.0, 0.1, 0.0, 0.0][square];
             for channel in 0..3 {
-                film.planes[channel][k] = light;
+                film.planes[channel][k] = light + reflected;
                 film.aov_planes[channel][k] = albedo;
+                film.aov_planes[3 + channel][k] = light;
             }
             hits.prim_id[k] = if square == 3 { NO_HIT } else { 7 };
         }

@@ -45,7 +45,7 @@ impl PyScene {
     ///     scene's, as in NeRF's data, OpenGL and Blender: its columns are the
     ///     directions right, up and backward, of any length, and the position.
     ///     For OpenCV's and COLMAP's, negate the second and third column.
-    ///     (from, at, up, fov, height) has parallel rays, and shows this height.
+    ///     (from, at, up, fov, height) has parallel rays of that height.
     ///     None for the file's camera, or one that frames everything.
     /// size : (width, height) in pixels; None for the file's, or 640 by 480
     /// spp : int

@@ -5,6 +5,7 @@
 //! | reading a file | [`FILE_TIMES`] its size (1) |
 //! | files that a scene names | counted by the reader, before each (2) |
 //! | faces of an OBJ or PLY, vertices of a PLY | counted by the reader (3) |
+//! | environments | 4 to 18 bytes per texel, counted by their reader |
 //! | points of a file without faces | 48 bytes each and their materials, counted by the reader |
 //! | making smooth normals | 72 bytes per triangle and 18 per vertex, counted by the reader |
 //! | opening a cache | its size, all of which is mapped |

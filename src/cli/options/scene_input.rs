@@ -49,6 +49,8 @@ impl SceneInput {
         SceneInput::note_all([name])?;
         let mut options = args.options(picture, threads)?;
         let budget = Budget(args.max_memory);
+        // For an environment; files of scenes count, too.
+        options.read.max_memory = budget.0;
         heap::give_back();
         if let Some(name) = standard_name(name) {
             budget.for_standard(standard::parse_spec(name).map_err(OpenError::from)?)?;

@@ -95,6 +95,19 @@ fn a_background_hides_it_and_bare_options_are_explained() {
         1,
         &["cannot read none.hdr"],
     );
+    // 512 MiB of halfs, which the file need not hold to be refused.
+    let header = "PF\n16384 5461\n-1.0\n";
+    let file = fs::File::create(room.path().join("large.pfm")).unwrap();
+    std::io::Write::write_all(&mut &file, header.as_bytes()).unwrap();
+    file.set_len(header.len() as u64 + 16384 * 5461 * 12)
+        .unwrap();
+    for scene in ["balls.test", "standard:cornell"] {
+        room.refused(
+            &format!("render {scene} -o e.png --environment large.pfm --max-memory 300M"),
+            1,
+            &["for the environment", "--max-memory allows"],
+        );
+    }
     room.refused(
         "render balls.test -o e.png --environment 1,-1,1",
         2,

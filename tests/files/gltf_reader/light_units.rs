@@ -6,7 +6,7 @@ use glam::{DVec3, Vec3};
 use phalanx::bvh::Bvh;
 use phalanx::cache::{self, fingerprint};
 use phalanx::formats::{AddedLight, Loaded, Options, Overrides, override_scene, read_bytes};
-use phalanx::frame::{Accel, Engine, Settings};
+use phalanx::frame::{Accel, Engine, Sampling, Settings};
 use serde_json::{Value, json};
 use std::f32::consts::PI;
 use std::path::Path;
@@ -79,7 +79,10 @@ fn read(file: &File, lights: &[AddedLight]) -> Loaded {
 fn shown(loaded: &mut Loaded) -> [f32; PLACES] {
     let scene = &mut loaded.scene;
     (scene.width, scene.height) = (64, 8);
-    let settings = Settings::of(scene);
+    let settings = Settings {
+        sampling: Sampling::CENTER,
+        ..Settings::of(scene)
+    };
     let accel = Accel::build(scene, Engine::Simd);
     let film = frame_of(scene, &accel, settings).film;
     // Row 5 is at y = 0.3125, and column 1 at x = 0.1875.
