@@ -1,11 +1,10 @@
 //! Automatic exposure, as by an incident light meter.
 //!
 //! A meter of reflected light makes white models grey and dark ones pale, because it cannot know
-//! what they reflect. Here the albedo is known: radiance divided by it is the light on a surface,
-//! unless a mirror reflects it, which is left out.
-//! The exposure brings the upper quartile of that light to [`KEY`], so that well-lit surfaces show
-//! their own colour, whatever the units of lamps. Neither shadows on three quarters of the visible
-//! surfaces nor lamps on one quarter change it.
+//! what they reflect. Here the albedo is known: radiance without mirrors' reflections, divided by
+//! the albedo, is the light on a surface. The exposure brings the upper quartile of that light to
+//! [`KEY`], so that well-lit surfaces show their own colour, whatever the units of lamps. Neither
+//! shadows on three quarters of the visible surfaces nor lamps on one quarter change it.
 
 use phalanx_image::MAX_EXPOSURE;
 use phalanx_render::Film;
@@ -85,9 +84,10 @@ fn square_lights(film: &Film) -> Vec<f32> {
     for (k, _) in hits.enumerate().filter(|(_, prim)| **prim != NO_HIT) {
         let luminance_at = |planes: &[Vec<f32>]| luminance([0, 1, 2].map(|c| planes[c][k]).into());
         let albedo = luminance_at(film.layer(Aov::Albedo)).min(1.0);
-        let (seen, albedo) = match albedo < LEAST_ALBEDO {
-            true => (&film.planes[..], GREY),
-            false => (film.layer(Aov::Direct), albedo),
+        let (seen, albedo) = if albedo < LEAST_ALBEDO {
+            (&film.planes[..], GREY)
+        } else {
+            (film.layer(Aov::Direct), albedo)
         };
         let radiance = luminance_at(seen);
         // Neither NaN nor infinite values say how much light there is.

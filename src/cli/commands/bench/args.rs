@@ -13,6 +13,8 @@ use std::path::PathBuf;
 
 #[derive(Debug, Args)]
 #[command(args_conflicts_with_subcommands = true)]
+#[command(mut_arg("environment", |arg| arg.hide_short_help(true)))]
+#[command(mut_arg("camera_name", |arg| arg.hide_short_help(true)))]
 pub struct BenchArgs {
     #[command(subcommand)]
     pub command: Option<BenchCommand>,
