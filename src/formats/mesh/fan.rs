@@ -15,7 +15,7 @@ const LEAF: usize = 32;
 pub(super) struct Facet {
     /// Its normal; 0 without an area.
     normal: DVec3,
-    /// What makes that a unit normal.
+    /// Factor that makes it a unit normal.
     unit: f64,
     /// The weight at each corner.
     weights: [f64; 3],

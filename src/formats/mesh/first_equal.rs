@@ -26,7 +26,7 @@ pub(crate) fn first_equal(
         let pair = |a: u32, b: u32| u64::from(a) << 32 | u64::from(b);
         hasher.hash_one((pair(x, y), pair(z, w)))
     };
-    let scaled = |bits: u64, count: usize| ((bits & 0xffff_ffff) * count as u64 >> 32) as usize;
+    let scaled = |bits: u64, count: usize| (((bits & 0xffff_ffff) * count as u64) >> 32) as usize;
     let shares = threads.clamp(1, 64);
     let buckets = rows / shares / BUCKET + 1;
     let firsts: Vec<AtomicU32> = (zeroed(rows).into_iter()).map(AtomicU32::new).collect();

@@ -39,7 +39,7 @@ const VERTEX_BYTES: u64 = FIRST_EQUAL_BYTES + 4;
 /// the rounding of coordinates decides nothing.
 const ROUNDING: f64 = 0.05;
 
-/// What is added to the cosine of half the angle, so that no rounding decides whether facets so
+/// Addend to the cosine of half the angle, so that no rounding decides whether facets so
 /// near to a normal are within the angle of each other.
 const MARGIN: f64 = 1e-6;
 
@@ -153,13 +153,13 @@ impl<'a> BareMesh<'a> {
         }
     }
 
-    /// What stands for a corner: its fan, and then its normal.
+    /// Number of a corner's fan, and then of its normal.
     #[inline]
     fn row(&self, corner: u32) -> &AtomicU32 {
         &self.rows.as_flattened()[corner as usize]
     }
 
-    /// Calls `take` with each corner of the fans of a range, and the number of its fan in the range.
+    /// Calls `take` with the number of a fan in a range, and each of its corners, in their order.
     #[inline]
     fn each_corner(&self, range: &Range<usize>, mut take: impl FnMut(usize, u32)) {
         let blocks = (0..).step_by(3 * BLOCK).zip(self.rows.chunks(BLOCK));
