@@ -226,18 +226,18 @@ impl Fans {
         let least = libm::cos(angle);
         let half = libm::cos(0.5 * angle) + MARGIN;
         let mut fan = Fan::default();
-        let mut kept = vec![(NONE, Facet::default()); KEPT];
+        let mut facets = vec![(NONE, Facet::default()); KEPT];
         let ends = &self.starts[..self.starts.len() - 1];
         for range in ends.windows(2).filter(|range| range[0] < range[1]) {
             let corners = &self.corners[range[0] as usize..range[1] as usize];
             fan.clear();
             for &corner in corners {
                 let triangle = corner / 3;
-                let kept = &mut kept[triangle as usize % KEPT];
-                if kept.0 != triangle {
-                    *kept = (triangle, Facet::of(mesh.points(triangle as usize)));
+                let facets = &mut facets[triangle as usize % KEPT];
+                if facets.0 != triangle {
+                    *facets = (triangle, Facet::of(mesh.points(triangle as usize)));
                 }
-                fan.push(&kept.1, corner as usize % 3);
+                fan.push(&facets.1, corner as usize % 3);
             }
             let before = self.normals.len();
             if let Some(normal) = fan.whole(half) {

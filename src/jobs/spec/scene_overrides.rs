@@ -337,8 +337,8 @@ mod tests {
                 environment: Some(AsText(EnvironmentSource::File(name.into()))),
                 ..SceneOverrides::default()
             };
-            for kept in [overrides.clone(), overrides.without_folders()] {
-                let AsText(source) = kept.environment.unwrap();
+            for overrides in [overrides.clone(), overrides.without_folders()] {
+                let AsText(source) = overrides.environment.unwrap();
                 let again = EnvironmentSource::parse(&source.text());
                 assert!(matches!(again, Ok(EnvironmentSource::File(_))), "{again:?}");
             }
