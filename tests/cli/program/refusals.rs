@@ -47,7 +47,7 @@ fn usage_errors_are_2() {
         ("render a.test --samples 4", "--spp N"),
         ("plan a.test --samples 4", "--spp N"),
         ("render a.test --width 40", "--size WxH"),
-        ("render a.test --env sky.hdr", "--background R,G,B"),
+        ("render a.test --env sky.hdr", "--environment ENV"),
         ("render a.test --background white", "expected R,G,B"),
         ("render a.test --light white", "expected X,Y,Z"),
         ("render a.test --camera 0 0 5 45", "FROM, as in 0,1,5"),
