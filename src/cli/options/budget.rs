@@ -7,7 +7,7 @@
 //! | faces of an OBJ or PLY, vertices of a PLY | counted by the reader (3) |
 //! | environments | 4 to 18 bytes per texel, counted by their reader |
 //! | points of a file without faces | 48 bytes each and their materials, counted by the reader |
-//! | making smooth normals | 60 bytes per triangle and 28 per vertex, counted by the reader |
+//! | making smooth normals | 60 bytes per triangle and 16 per vertex, counted by the reader |
 //! | opening a cache | its size, all of which is mapped |
 //! | generating a standard scene | columns (4) and tree (5), for each shape by its kind |
 //! | building a tree | the scene's columns, for each primitive by its kind, each thread (5) |

@@ -11,7 +11,7 @@ use std::hash::BuildHasher;
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 /// Bytes of a row meanwhile: its answer, and its place in a bucket.
-pub(crate) const FIRST_EQUAL_BYTES: u64 = 24;
+pub(crate) const FIRST_EQUAL_BYTES: u64 = 12;
 /// Number of rows of a bucket, which is in a fast cache together with its table.
 const BUCKET: usize = 1 << 12;
 
@@ -33,44 +33,42 @@ pub(crate) fn first_equal(
     workers::map(threads, (0..shares).collect(), |share| {
         // Where each bucket ends, two places behind its own: then where it is filled next.
         let mut ends = vec![0; buckets + 2];
-        let own = |key| {
-            let bucket = scaled(hash(key) >> 32, shares * buckets);
-            Some(bucket.wrapping_sub(share * buckets)).filter(|&bucket| bucket < buckets)
+        // The bucket of a row, if it is of this share, and the rest of its hash.
+        let own = |row| {
+            let hash = hash(key(row));
+            let bucket = scaled(hash >> 32, shares * buckets).wrapping_sub(share * buckets);
+            (bucket < buckets).then_some((bucket, hash as u32))
         };
-        (0..rows)
-            .filter_map(|row| own(key(row)))
-            .for_each(|k| ends[k + 2] += 1);
+        let counted = (0..rows).filter_map(own);
+        counted.for_each(|(bucket, _)| ends[bucket + 2] += 1);
         for k in 2..ends.len() {
             ends[k] += ends[k - 1];
         }
-        let mut keys: Vec<[u32; 5]> = zeroed(ends[buckets + 1]);
+        let mut bucketed: Vec<[u32; 2]> = zeroed(ends[buckets + 1]);
         for row in 0..rows {
-            let key = key(row);
-            if let Some(k) = own(key) {
-                let [x, y, z, w] = key;
-                keys[ends[k + 1]] = [x, y, z, w, row as u32];
-                ends[k + 1] += 1;
+            if let Some((bucket, rest)) = own(row) {
+                bucketed[ends[bucket + 1]] = [rest, row as u32];
+                ends[bucket + 1] += 1;
             }
         }
         let mut places = Vec::new();
         for bucket in ends.windows(2).take(buckets) {
-            let bucket = &keys[bucket[0]..bucket[1]];
-            // Each place has the first row of a key, counted from 1; or 0.
+            let bucket = &bucketed[bucket[0]..bucket[1]];
+            // Each place has the rest of a hash, and the first row of its key, counted from 1.
             places.clear();
-            places.resize(bucket.len() * 3 / 2 + 1, 0u32);
-            for (number, &[x, y, z, w, row]) in (1..).zip(bucket) {
-                let key = [x, y, z, w];
-                let mut place = scaled(hash(key), places.len());
+            places.resize(bucket.len() * 3 / 2 + 1, [0, 0u32]);
+            for &[rest, row] in bucket {
+                let mut place = scaled(rest.into(), places.len());
                 let first = loop {
                     match places[place] {
-                        0 => {
-                            places[place] = number;
+                        [_, 0] => {
+                            places[place] = [rest, row + 1];
                             break row;
                         }
-                        taken => {
-                            let other = bucket[taken as usize - 1];
-                            if other[..4] == key {
-                                break other[4];
+                        [other, first] => {
+                            let first = first - 1;
+                            if other == rest && key(first as usize) == key(row as usize) {
+                                break first;
                             }
                         }
                     }
