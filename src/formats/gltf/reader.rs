@@ -184,6 +184,15 @@ impl<'a, 't> GltfReader<'a, 't> {
             return Err(ReadStop::Inexact);
         }
         if self.scene.prims.is_empty() {
+            let meshes = self.source.document.meshes.iter();
+            if meshes
+                .flat_map(|mesh| &mesh.primitives)
+                .any(|p| p.mode == 0)
+            {
+                let message = "the file shows only points, which are drawn from PLY and OBJ alone";
+                self.report.error(Span::START, message);
+                return Ok(());
+            }
             let message = "the file shows no triangles: the picture will be empty";
             self.report.warning(Span::START, message);
         }

@@ -2,6 +2,7 @@
 
 use super::{File, messages};
 use glam::Vec3;
+use phalanx::formats::{Options, read_bytes};
 use phalanx::scene::Scene;
 use serde_json::json;
 
@@ -68,6 +69,19 @@ fn points_and_lines_are_left_out_with_a_warning() {
     let warnings = messages(&loaded.warnings);
     assert!(warnings[0].contains("no triangles"), "{warnings:?}");
     assert!(warnings[1].contains("points or lines"), "{warnings:?}");
+}
+
+/// A cloud is drawn or refused, and no empty picture.
+#[test]
+fn points_alone_are_refused() {
+    let mut file = File::triangle();
+    file.json["meshes"][0]["primitives"][0]["mode"] = json!(0);
+    let refused = read_bytes("gltf", file.text().as_bytes(), &Options::default());
+    let diagnostics = refused.expect("a format").expect_err("no points");
+    assert!(
+        diagnostics[0].message.contains("only points"),
+        "{diagnostics:?}"
+    );
 }
 
 /// The x coordinates of a triangle with positions stored as these bytes.
