@@ -324,7 +324,9 @@ pub mod formats {
     #[doc(inline)]
     pub use phalanx_io::open::{Opened as Loaded, Options, load, read_bytes, read_nff, read_test};
     #[doc(inline)]
-    pub use phalanx_look::{AddedLight, DefaultLights, Overrides, SKY, override_scene};
+    pub use phalanx_look::{
+        AddedLight, DefaultLights, Overrides, environment_scale, override_scene,
+    };
     #[doc(no_inline)]
     pub use phalanx_scene::{OrthoHeight, UpAxis};
 }

@@ -1,6 +1,6 @@
 //! Pictures of all directions, as environments: Radiance HDR, OpenEXR and PFM.
 
-use crate::memory::{MemoryLedger, OverLimit};
+use crate::memory::MemoryLedger;
 use crate::read_scene::LoadError;
 use phalanx_image::{
     ImageFormat, PictureChannel, PictureError, PictureLayout, PictureReader, SampleKind,
@@ -39,15 +39,10 @@ pub fn read_environment(
     let (width, height) = (layout.width, layout.height);
     let memory = MemoryLedger::of(max_memory);
     let count = layout.pixels();
-    let refused = |refusal: OverLimit| LoadError::Memory {
-        path: path.to_path_buf(),
-        what: refusal.what,
-        needed: refusal.needed,
-        allowed: refusal.allowed,
-    };
     let room = |mut texels: EnvironmentTexels| {
         let bytes = count.saturating_mul(texels.column().row_size() as u64);
-        memory.take(bytes, "for the environment").map_err(refused)?;
+        let taken = memory.take(bytes, "for the environment");
+        taken.map_err(|refusal| LoadError::over_limit(path, refusal))?;
         texels.column_mut().make_room(count as usize);
         Ok(texels)
     };

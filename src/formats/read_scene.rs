@@ -1,11 +1,12 @@
 //! The outcome of a reader: a scene, or the reason why there is none.
 
 use crate::diagnostics::{Diagnostic, DiagnosticSink};
+use crate::memory::OverLimit;
 use crate::options::ReadOptions;
 use crate::origin::{self, Origin, ReadStop};
 use phalanx_files::shown_path;
 use phalanx_scene::{Scene, UpAxis};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// A scene as its file gives it, and the remarks of its reader.
 #[derive(Debug)]
@@ -117,6 +118,18 @@ pub enum LoadError {
         /// The file.
         path: PathBuf,
     },
+}
+
+impl LoadError {
+    /// The error of a file for which there was not enough memory.
+    pub(super) fn over_limit(path: &Path, refusal: OverLimit) -> LoadError {
+        LoadError::Memory {
+            path: path.to_path_buf(),
+            what: refusal.what,
+            needed: refusal.needed,
+            allowed: refusal.allowed,
+        }
+    }
 }
 
 fn summary(diagnostics: &[Diagnostic]) -> String {

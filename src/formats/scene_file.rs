@@ -83,12 +83,7 @@ impl<'a> SceneFile<'a> {
         let asset_dir = asset_dir.with_limit(options.max_memory);
         let read = self.read_in(&asset_dir, options);
         let mut read = read.map_err(|diagnostics| match asset_dir.memory().refusal() {
-            Some(refused) => LoadError::Memory {
-                path: self.path.to_path_buf(),
-                what: refused.what,
-                needed: refused.needed,
-                allowed: refused.allowed,
-            },
+            Some(refusal) => LoadError::over_limit(self.path, refusal),
             None => self.fault(diagnostics),
         })?;
         read.files = asset_dir.into_files();

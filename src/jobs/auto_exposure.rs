@@ -123,7 +123,7 @@ mod tests {
                 _ => 0.0,
             };
             let albedo = [0.5, 0.125, 0.01, 0.0, 0.5][square];
-            // What a mirror reflects is not the light on it, unless there is nothing else.
+            // Reflections count only where the albedo is too small.
             let reflected = [0.0, 4.0, 0.1, 0.0, 0.0][square];
             for channel in 0..3 {
                 film.planes[channel][k] = light + reflected;

@@ -264,15 +264,14 @@ fn apply_overrides(scene: &mut Scene, overrides: &Overrides) {
 /// Places an environment by the up axis and the turn that are given, and scales it with the other
 /// lights.
 fn place_environment(scene: &mut Scene, overrides: &Overrides) {
-    let Some(environment) = &mut scene.environment else {
+    let Some(mut environment) = scene.environment.take() else {
         return;
     };
     let (up, turn) = environment.placement();
     let turn = overrides.environment_turn.unwrap_or(turn);
     environment.place(overrides.up.unwrap_or(up), turn);
-    // The default sky has no units.
-    let is_sky = environment.light == lights::SKY;
-    environment.scale = if is_sky { 1.0 } else { scene.light_scale };
+    environment.scale = lights::environment_scale(&environment.light, scene);
+    scene.environment = Some(environment);
 }
 
 fn add_light(scene: &mut Scene, light: &AddedLight) {

@@ -19,5 +19,5 @@ mod lights;
 mod overrides;
 
 pub use finish::{UnfitScene, finish_scene, override_scene};
-pub use lights::{DefaultLights, SKY};
+pub use lights::{DefaultLights, SKY, environment_scale};
 pub use overrides::{AddedLight, Overrides};

@@ -73,6 +73,11 @@ pub const SKY: EnvironmentLight = EnvironmentLight::Gradient {
     zenith: ZENITH,
 };
 
+/// Factor of an environment's light beside the lights of a scene. The default sky has no units.
+pub fn environment_scale(light: &EnvironmentLight, scene: &Scene) -> f32 {
+    if *light == SKY { 1.0 } else { scene.light_scale }
+}
+
 /// The surroundings of a scene whose file has none; `None` if nothing reflects them.
 pub(super) fn sky(scene: &Scene, up: UpAxis) -> Option<Environment> {
     has_mirrors(scene).then(|| {

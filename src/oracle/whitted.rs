@@ -95,8 +95,8 @@ impl<'a> WhittedIntegrator<'a> {
     pub(super) fn camera_background(&self, dir: Vec3) -> Vec3 {
         match &self.search.scene.environment {
             _ if self.settings.hides_background => Vec3::ZERO,
-            Some(seen) if seen.is_background && self.settings.shows_environment() => {
-                seen.radiance(dir)
+            Some(sky) if sky.is_background && self.settings.shows_environment() => {
+                sky.radiance(dir)
             }
             _ => self.search.scene.background,
         }

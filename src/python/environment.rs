@@ -3,7 +3,7 @@
 use crate::arrays::{Floats, shaped, wrong_shape};
 use crate::errors::{open_error, value_error};
 use crate::scene::PyScene;
-use phalanx::formats::{EnvironmentSource, SKY};
+use phalanx::formats::{EnvironmentSource, environment_scale};
 use phalanx::scene::{Environment, EnvironmentLight, EnvironmentMap, EnvironmentTexels};
 use pyo3::prelude::*;
 use std::path::PathBuf;
@@ -98,7 +98,7 @@ impl PyScene {
         let light = value.map(|value| value.light(py)).transpose()?;
         let (scene, turn) = (self.now(py).scene, self.environment_turn(py));
         let environment = light.map(|light| {
-            let scale = if light == SKY { 1.0 } else { scene.light_scale };
+            let scale = environment_scale(&light, &scene);
             let mut environment = Environment::new(light, scene.defaulted.up, turn);
             environment.scale = scale;
             environment

@@ -98,11 +98,11 @@ impl Fan {
     /// The mean of all facets, if its product with each is at least `half`.
     #[inline]
     pub(super) fn whole(&self, half: f64) -> Option<DVec3> {
-        let all = unit(self.sum);
+        let all = self.sum.normalize();
         let is_whole = self
             .facets
             .iter()
-            .all(|facet| dot(all, facet.normal) >= half);
+            .all(|facet| all.dot(facet.normal) >= half);
         is_whole.then_some(all)
     }
 
@@ -110,21 +110,21 @@ impl Fan {
     pub(super) fn is_bent(&self, normal: DVec3, flat: f64) -> bool {
         self.facets
             .iter()
-            .any(|facet| dot(normal, facet.normal) < flat)
+            .any(|facet| normal.dot(facet.normal) < flat)
     }
 
     /// Calls `take` with the number of each facet, and the normal of its corner, after its product
     /// with that of the facet: a mean of the facets whose product with its own is at least `least`.
     pub(super) fn corner_normals(&mut self, least: f64, mut take: impl FnMut(u32, f64, DVec3)) {
         self.grow(0..self.facets.len());
-        let all = unit(self.nodes[0].sum);
+        let all = self.nodes[0].sum.normalize();
         for facet in &self.facets {
             let own = facet.normal;
             let is_whole = self.nodes[0].dots(own)[0] >= least;
-            let normal = if is_whole { all } else { unit(self.sum(0, own, least)) };
+            let normal = if is_whole { all } else { self.sum(0, own, least).normalize() };
             // Normals cancel out, or turn away from the facet, if nearly all angles are smooth.
-            let normal = if dot(normal, own) > 0.0 { normal } else { own };
-            take(facet.number, dot(normal, own), normal);
+            let normal = if normal.dot(own) > 0.0 { normal } else { own };
+            take(facet.number, normal.dot(own), normal);
         }
     }
 
@@ -170,7 +170,7 @@ impl Fan {
             self.sum(node + 1, own, least) + self.sum(*second, own, least)
         } else {
             let facets = self.facets[facets.clone()].iter();
-            let near = facets.filter(|facet| dot(own, facet.normal) >= least);
+            let near = facets.filter(|facet| own.dot(facet.normal) >= least);
             near.fold(DVec3::ZERO, |sum, facet| sum + facet.weighted)
         }
     }
@@ -181,21 +181,6 @@ impl FanNode {
     #[inline]
     fn dots(&self, own: DVec3) -> [f64; 2] {
         let (a, b) = (own * self.lo, own * self.hi);
-        [sum(a.min(b)), sum(a.max(b))]
+        [a.min(b).element_sum(), a.max(b).element_sum()]
     }
-}
-
-#[inline]
-fn dot(a: DVec3, b: DVec3) -> f64 {
-    sum(a * b)
-}
-
-#[inline]
-fn sum(v: DVec3) -> f64 {
-    v.x + v.y + v.z
-}
-
-#[inline]
-fn unit(v: DVec3) -> DVec3 {
-    v * (1.0 / v.length())
 }

@@ -162,7 +162,7 @@ impl Sections<'_> {
     /// Reads the texels of an environment, if its light is a picture.
     fn environment(&mut self, scene: &mut Scene) -> Result<(), CacheFault> {
         let (name, section) = self.next();
-        let is_there = match scene.environment.as_mut().map(|seen| &mut seen.light) {
+        let is_there = match scene.environment.as_mut().map(|sky| &mut sky.light) {
             Some(EnvironmentLight::Map(map)) => {
                 let texels = &mut Arc::make_mut(map).texels;
                 self.mapping.map(texels.column_mut(), section.range())

@@ -83,10 +83,7 @@ macro_rules! pixel_options {
             /// These options applied to the scene's settings, for the packet engine on one thread.
             pub fn settings(&self, scene: &Scene) -> Settings {
                 let mut settings = Settings::of(scene);
-                $($(let set: fn(&PixelSpec, &mut Settings) = $set; set(self, &mut settings);)?)*
-                if self.is_occlusion() && self.ao_distance.is_none() {
-                    settings.integrator = Integrator::occlusion(scene);
-                }
+                $($(let set: fn(&PixelSpec, &mut Settings, &Scene) = $set; set(self, &mut settings, scene);)?)*
                 settings
             }
 
@@ -120,7 +117,7 @@ pixel_options! {
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SPP))))]
     spp: Option<u32>, 60, Words,
         |s| Some(s.sampling.spp),
-        sets |o, s| {
+        sets |o, s, _| {
             let default = if o.is_adaptive() { ADAPTIVE_SPP } else { s.sampling.spp };
             s.sampling.spp = o.spp.unwrap_or(default);
         },
@@ -132,7 +129,7 @@ pixel_options! {
     #[cfg_attr(feature = "clap", arg(long, value_name = "MODE", hide_possible_values = true))]
     aa: Option<AntiAliasing>, 80, Words,
         |s| Some(s.sampling.adaptive.map_or(AntiAliasing::Uniform, |_| AntiAliasing::Adaptive)),
-        sets |o, s| {
+        sets |o, s, _| {
             let threshold = o.threshold.unwrap_or(THRESHOLD);
             s.sampling.adaptive = o.is_adaptive().then_some(Adaptive { threshold });
         };
@@ -151,12 +148,12 @@ pixel_options! {
     #[cfg_attr(feature = "clap", arg(long, value_name = "NAME", hide_short_help = true, hide_possible_values = true, value_parser = names::<Filter>(Filter::ALL.map(|(name, _)| name))))]
     filter: Option<AsText<Filter>>, 70, Words,
         |s| Some(AsText(s.sampling.filter)),
-        sets |o, s| s.sampling.filter = o.filter.unwrap_or(AsText(Filter::Box)).0;
+        sets |o, s, _| s.sampling.filter = o.filter.unwrap_or(AsText(Filter::Box)).0;
     /// Maximum number of bounces [default: the scene's]
     #[cfg_attr(feature = "clap", arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=i64::from(MAX_DEPTH_LIMIT))))]
     max_depth: Option<u32>, 40, Words,
         |s| Some(s.max_depth),
-        sets |o, s| s.max_depth = o.max_depth.unwrap_or(s.max_depth),
+        sets |o, s, _| s.max_depth = o.max_depth.unwrap_or(s.max_depth),
         limited to |text| parse_in(text, 0..=MAX_DEPTH_LIMIT);
     /// Minimum weight of mirror and refracted rays
     ///
@@ -168,7 +165,7 @@ pixel_options! {
     min_weight: Option<f32>, 50, Words,
         // The same weight gives the same picture, whether it was given or is the default.
         |s| Some(s.min_path_weight()),
-        sets |o, s| s.min_weight = o.min_weight.or(s.min_weight),
+        sets |o, s, _| s.min_weight = o.min_weight.or(s.min_weight),
         limited to parse_weight;
     /// Lens diameter, for depth of field
     ///
@@ -177,7 +174,7 @@ pixel_options! {
     #[cfg_attr(feature = "clap", arg(long, value_name = "DIAMETER", hide_short_help = true, help_heading = headings::CAMERA, requires = "focus", value_parser = parse_aperture))]
     aperture: Option<f32>, 100, Words,
         |s| s.lens.map(|lens| lens.aperture),
-        sets |o, s| {
+        sets |o, s, _| {
             let lens = o.aperture.zip(o.focus);
             s.lens = lens.map(|(aperture, focus)| Lens { aperture, focus });
         },
@@ -199,10 +196,10 @@ pixel_options! {
             Integrator::Whitted => IntegratorName::Whitted,
             Integrator::Occlusion { .. } => IntegratorName::Ao,
         }),
-        sets |o, s| {
-            let AsText(distance) = o.ao_distance.unwrap_or(AsText(f32::INFINITY));
-            let occlusion = Integrator::Occlusion { distance };
-            s.integrator = if o.is_occlusion() { occlusion } else { Integrator::Whitted };
+        sets |o, s, scene| s.integrator = match o.ao_distance {
+            _ if !o.is_occlusion() => Integrator::Whitted,
+            Some(AsText(distance)) => Integrator::Occlusion { distance },
+            None => Integrator::occlusion(scene),
         };
     /// Reach of ao [default: a tenth of the scene]
     ///
@@ -218,7 +215,7 @@ pixel_options! {
     #[cfg_attr(feature = "clap", arg(long, value_name = "WxH", help_heading = headings::OUTPUT, value_parser = parse_size))]
     size: Option<(u32, u32)>, 10, List("x"),
         |s| Some((s.width, s.height)),
-        sets |o, s| (s.width, s.height) = o.size.unwrap_or((s.width, s.height)),
+        sets |o, s, _| (s.width, s.height) = o.size.unwrap_or((s.width, s.height)),
         limited to planned_size;
     /// Render only this part of the picture
     ///
@@ -230,7 +227,7 @@ pixel_options! {
             let is_part = (width, height) != (s.width, s.height);
             is_part.then(|| vec![x, y, width, height])
         },
-        sets |o, s| s.region = o.part();
+        sets |o, s, _| s.region = o.part();
     /// EXR layers: Z, N, albedo, …, or all; PNG: alpha
     ///
     /// AOVs (arbitrary output variables) to write as layers of an OpenEXR file, separated by
@@ -245,7 +242,7 @@ pixel_options! {
             let layers = Aov::ALL.iter().filter(|(_, aov)| s.aovs.has(*aov));
             layers.map(|(_, aov)| AsText(Aovs::default().with(*aov))).collect()
         },
-        sets |o, s| s.aovs = o.aovs();
+        sets |o, s, _| s.aovs = o.aovs();
 }
 
 impl PixelSpec {

@@ -263,7 +263,7 @@ fn a_page_changes_exposure_and_tone_of_the_picture_that_is_there() {
     assert!(seen(&served, json!(1), json!("linear")).0 != plain.0);
     assert!(seen(&served, json!(null), json!(null)) == by_options);
     assert!(seen(&served, scene["exposure"].clone(), json!("neutral")) == by_options);
-    // What is kept is what its command writes.
+    // A saved picture and its copied command are equal.
     for (exposure, tone) in [
         (json!(-1.25), "neutral"),
         (json!(0), "linear"),

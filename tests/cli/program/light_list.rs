@@ -54,7 +54,7 @@ fn a_long_list_ends_with_a_sum() {
     let (_, list) = text.split_once("lights by power\n").expect("a list");
     assert_eq!(list.lines().count(), 13, "{list}");
     assert!(list.contains("and 3 more"), "{list}");
-    // What is inside the lamps of a `.test` file is only seen.
+    // Emission of a `.test` file lights nothing, so it is not in the list.
     room.write(
         "b.test",
         "size 8 8\ncamera 0 0 5 0 0 0 0 1 0 40\npoint 9 9 9 1 1 1\nemission 1 1 1\nmaxverts 3\n\
